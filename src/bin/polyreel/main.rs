@@ -1,0 +1,2 @@
+//! The polyreel program.
+fn main() {}

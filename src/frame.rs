@@ -1,0 +1,325 @@
+//! Frames, their times, and what is known of a stream before it is read.
+
+use image::RgbaImage;
+
+use crate::error::{Error, Result};
+use crate::geom::{MAX_SIDE, Size};
+
+/// A pixel or a colour: red, green, blue, alpha (straight, not premultiplied), 0..255 each, in the
+/// source's own transfer curve (no linearisation, as in the paper).
+pub type Rgba = [u8; 4];
+
+/// The most pixels that a frame may have: 16384 x 16384, 1 GiB of memory.
+pub const MAX_PIXELS: u64 = MAX_SIDE as u64 * MAX_SIDE as u64;
+
+/// A picture of `size` pixels, row by row from the top left.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frame {
+    size: Size,
+    opaque: bool,
+    pixels: Vec<Rgba>,
+}
+
+impl Frame {
+    /// A frame of `pixels`, row by row from the top left.
+    ///
+    /// # Errors
+    /// When `pixels` are not width x height, or a side is 0 or above [`MAX_SIDE`].
+    pub fn new(size: Size, pixels: Vec<Rgba>) -> Result<Self> {
+        check_size(size)?;
+        if pixels.len() != size.pixels() {
+            return Err(Error::usage(format!(
+                "a frame of {size} has {} pixels, not {}",
+                size.pixels(),
+                pixels.len()
+            )));
+        }
+        let opaque = pixels.iter().all(|p| p[3] == 255);
+        Ok(Self { size, opaque, pixels })
+    }
+
+    /// A frame of one colour.
+    ///
+    /// # Errors
+    /// When a side is 0 or above [`MAX_SIDE`].
+    pub fn filled(size: Size, colour: Rgba) -> Result<Self> {
+        check_size(size)?;
+        Ok(Self { size, opaque: colour[3] == 255, pixels: vec![colour; size.pixels()] })
+    }
+
+    /// The frame in `image`.
+    ///
+    /// # Errors
+    /// As [`Frame::new`].
+    pub fn from_image(image: RgbaImage) -> Result<Self> {
+        let size = Size::new(image.width(), image.height());
+        let raw = image.into_raw();
+        let (pixels, _) = raw.as_chunks::<4>();
+        Self::new(size, pixels.to_vec())
+    }
+
+    /// The frame as an image of the `image` crate, without copying.
+    pub fn into_image(self) -> RgbaImage {
+        RgbaImage::from_raw(self.size.width, self.size.height, self.pixels.into_flattened())
+            .expect("a frame holds exactly width x height pixels")
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// Whether every pixel has alpha 255.
+    pub fn is_opaque(&self) -> bool {
+        self.opaque
+    }
+
+    /// All pixels, row by row.
+    pub fn pixels(&self) -> &[Rgba] {
+        &self.pixels
+    }
+
+    /// The pixels of row `y`.
+    pub fn row(&self, y: u32) -> &[Rgba] {
+        let width = self.size.width as usize;
+        &self.pixels[y as usize * width..][..width]
+    }
+
+    /// The pixel at `(x, y)`.
+    pub fn at(&self, x: u32, y: u32) -> Rgba {
+        self.row(y)[x as usize]
+    }
+
+    /// The pixels themselves, to be used again as a buffer.
+    pub fn into_pixels(self) -> Vec<Rgba> {
+        self.pixels
+    }
+}
+
+/// Checks that frames of `size` can be worked on, before memory is taken for one.
+///
+/// # Errors
+/// When a side is 0 or above [`MAX_SIDE`].
+pub fn check_size(size: Size) -> Result<()> {
+    if size.width == 0 || size.height == 0 {
+        return Err(Error::usage(format!("a frame of {size} has no pixels")));
+    }
+    if size.width > MAX_SIDE || size.height > MAX_SIDE {
+        return Err(Error::usage(format!(
+            "a frame of {size} is larger than {MAX_SIDE} pixels a side"
+        )));
+    }
+    Ok(())
+}
+
+/// Luma of a pixel, 0..255: BT.601 weights in 8.8 fixed point, rounded, as the field's grayscale
+/// conversions have it (ITU-R BT.601; OpenCV `COLOR_RGB2GRAY`).
+pub const fn luma([r, g, b, _]: Rgba) -> u8 {
+    ((r as u32 * 4899 + g as u32 * 9617 + b as u32 * 1868 + (1 << 13)) >> 14) as u8
+}
+
+/// An exact fraction; times in seconds and rates in frames per second are written in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+pub struct Rational {
+    /// Numerator.
+    pub num: i64,
+    /// Denominator, positive.
+    pub den: i64,
+}
+
+impl Rational {
+    /// Nought.
+    pub const ZERO: Self = Self { num: 0, den: 1 };
+
+    /// `num / den` in lowest terms. A negative `den` turns both signs; `den` must not be 0.
+    pub fn new(num: i64, den: i64) -> Self {
+        debug_assert!(den != 0, "a fraction's denominator is not 0");
+        Self::reduced(i128::from(num), i128::from(den))
+    }
+
+    fn reduced(num: i128, den: i128) -> Self {
+        let (mut a, mut b) = (num.unsigned_abs(), den.unsigned_abs());
+        while b != 0 {
+            (a, b) = (b, a % b);
+        }
+        let divisor = a.max(1) as i128 * den.signum();
+        let (mut num, mut den) = (num / divisor, den / divisor);
+        // Sums over many odd time bases may outgrow 64 bits: halving both loses less than 1e-18.
+        while i64::try_from(num).is_err() || i64::try_from(den).is_err() {
+            (num, den) = (num >> 1, (den >> 1).max(1));
+        }
+        Self { num: num as i64, den: den as i64 }
+    }
+
+    /// The value as a float.
+    pub fn to_f64(self) -> f64 {
+        self.num as f64 / self.den as f64
+    }
+
+    /// `1 / self`; `None` for nought.
+    pub fn recip(self) -> Option<Self> {
+        (self.num != 0).then(|| Self::new(self.den, self.num))
+    }
+}
+
+impl std::ops::Add for Rational {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        let cross = |a: i64, b: i64| i128::from(a) * i128::from(b);
+        Self::reduced(cross(self.num, o.den) + cross(o.num, self.den), cross(self.den, o.den))
+    }
+}
+
+impl std::ops::Neg for Rational {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { num: -self.num, den: self.den }
+    }
+}
+
+impl std::ops::Sub for Rational {
+    type Output = Self;
+    fn sub(self, o: Self) -> Self {
+        self + -o
+    }
+}
+
+impl std::ops::Mul for Rational {
+    type Output = Self;
+    fn mul(self, o: Self) -> Self {
+        let product = |a: i64, b: i64| i128::from(a) * i128::from(b);
+        Self::reduced(product(self.num, o.num), product(self.den, o.den))
+    }
+}
+
+impl PartialOrd for Rational {
+    fn partial_cmp(&self, o: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(o))
+    }
+}
+
+impl Ord for Rational {
+    fn cmp(&self, o: &Self) -> std::cmp::Ordering {
+        (i128::from(self.num) * i128::from(o.den)).cmp(&(i128::from(o.num) * i128::from(self.den)))
+    }
+}
+
+impl std::fmt::Display for Rational {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.den == 1 {
+            write!(f, "{}", self.num)
+        } else {
+            write!(f, "{}/{}", self.num, self.den)
+        }
+    }
+}
+
+/// How often an animation plays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Loops {
+    /// Once (also for what is no animation).
+    #[default]
+    Once,
+    /// This many times in all, at least twice.
+    Times(u32),
+    /// Without end.
+    Forever,
+}
+
+/// What is known of a stream before its frames are read.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct StreamInfo {
+    /// Format as recognised by content: `png`, `gif`, `apng`, `webp`, `y4m`, `h264 in mov` ...
+    pub format: String,
+    /// Size of every frame, after rotation and pixel aspect are applied.
+    pub size: Size,
+    /// Number of frames, where the container tells it or counting is cheap.
+    pub frames: Option<u64>,
+    /// Frames per second, where it is constant or the container tells a nominal one.
+    pub rate: Option<Rational>,
+    /// Length in seconds.
+    pub duration: Option<Rational>,
+    /// Whether pixels may be transparent.
+    pub alpha: bool,
+    /// Whether this is one picture, not a sequence of frames.
+    pub still: bool,
+    /// How often it plays.
+    pub loops: Loops,
+    /// The sound, in words (`aac 44100 Hz 2 ch`).
+    pub audio: Option<String>,
+    /// Whether frames arrive by their own clock (camera, stream) and may be dropped at admission.
+    pub live: bool,
+    /// Colour tags of a video.
+    pub colour: Option<Colorimetry>,
+}
+
+/// Colour tags of a video, in ffmpeg's words (`bt709`, `smpte170m`, `tv`, `pc` ...); `None` is untold.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Colorimetry {
+    /// Matrix coefficients.
+    pub matrix: Option<String>,
+    /// `tv` (limited) or `pc` (full).
+    pub range: Option<String>,
+    /// Primaries.
+    pub primaries: Option<String>,
+    /// Transfer curve.
+    pub transfer: Option<String>,
+}
+
+/// A colour of a picture and the number of pixels that it covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fill {
+    /// The colour.
+    pub colour: Rgba,
+    /// Pixels that have it.
+    pub area: u32,
+}
+
+/// When a frame is shown, in seconds from the start of the stream.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// First moment.
+    pub start: Rational,
+    /// How long, where it is known.
+    pub length: Option<Rational>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fractions_stay_exact_over_an_hour_of_ntsc() {
+        let step = Rational::new(1001, 30000);
+        let mut t = Rational::ZERO;
+        for _ in 0..108_000 {
+            t = t + step;
+        }
+        assert_eq!(t, Rational::new(1001 * 108_000, 30000));
+        assert!(t > Rational::new(3603, 1) && t < Rational::new(3604, 1));
+    }
+
+    #[test]
+    fn luma_of_greys_is_themselves() {
+        for v in 0..=255 {
+            assert_eq!(luma([v, v, v, 255]), v);
+        }
+    }
+
+    #[test]
+    fn frames_refuse_wrong_sizes() {
+        assert!(Frame::new(Size::new(2, 2), vec![[0; 4]; 3]).is_err());
+        assert!(Frame::filled(Size::new(0, 2), [0; 4]).is_err());
+        assert!(Frame::filled(Size::new(MAX_SIDE + 1, 1), [0; 4]).is_err());
+    }
+
+    #[test]
+    fn an_image_goes_in_and_out_unchanged() {
+        let image = RgbaImage::from_fn(3, 2, |x, y| image::Rgba([x as u8, y as u8, 7, 200]));
+        let frame = Frame::from_image(image.clone()).expect("a small frame");
+        assert!(!frame.is_opaque());
+        assert_eq!(frame.at(2, 1), [2, 1, 7, 200]);
+        assert_eq!(frame.into_image(), image);
+    }
+}

@@ -1,0 +1,363 @@
+//! What a render is asked to do: one plain structure, presets, and their validation.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::frame::Rgba;
+use crate::geom::Size;
+
+/// Level one and two of the chain, by the names of the paper.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// K-means colour regions, thinned by density on the hexagonal grid (paper, HRLP).
+    #[default]
+    Hrlp,
+}
+
+impl Method {
+    /// All methods, in the order in which they are listed.
+    pub const ALL: [Method; 1] = [Method::Hrlp];
+
+    /// The name on the command line and in presets.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Method::Hrlp => "hrlp",
+        }
+    }
+}
+
+/// How many seeds a frame is to have.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum Points {
+    /// This many.
+    Count(u32),
+    /// This share of the pixels, 0..1 (the command line and presets write per cent).
+    Share(f64),
+}
+
+impl Points {
+    /// The number of seeds for a frame of `size`; never more than it has pixels.
+    pub fn target(self, size: Size) -> usize {
+        let wanted = match self {
+            Points::Count(n) => n as usize,
+            Points::Share(share) => (size.pixels() as f64 * share).floor() as usize,
+        };
+        wanted.min(size.pixels())
+    }
+}
+
+impl Default for Points {
+    fn default() -> Self {
+        // Paper, Table 2: 0.8 % of the pixels are left after level two.
+        Points::Share(0.008)
+    }
+}
+
+impl std::str::FromStr for Points {
+    type Err = Error;
+    fn from_str(text: &str) -> Result<Self> {
+        let wrong = || {
+            Error::usage(format!(
+                "'{text}' is not a number of points: write a count (2000) or a share (0.8%)"
+            ))
+        };
+        if let Some(percent) = text.strip_suffix('%') {
+            let percent: f64 = percent.trim().parse().map_err(|_| wrong())?;
+            Ok(Points::Share(percent / 100.0))
+        } else {
+            Ok(Points::Count(text.trim().parse().map_err(|_| wrong())?))
+        }
+    }
+}
+
+impl TryFrom<String> for Points {
+    type Error = Error;
+    fn try_from(text: String) -> Result<Self> {
+        text.parse()
+    }
+}
+
+impl From<Points> for String {
+    fn from(points: Points) -> String {
+        points.to_string()
+    }
+}
+
+impl std::fmt::Display for Points {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Points::Count(n) => write!(f, "{n}"),
+            // Six digits hide the binary rounding of percent / 100 * 100.
+            Points::Share(share) => write!(f, "{}%", (share * 1e8).round() / 1e6),
+        }
+    }
+}
+
+/// A colour as options name it: `#rgb`, `#rrggbb`, `#rrggbbaa` or a basic name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Colour(pub Rgba);
+
+/// The sixteen colour names of HTML 4, and `transparent`.
+const COLOUR_NAMES: [(&str, Rgba); 17] = [
+    ("black", [0, 0, 0, 255]),
+    ("silver", [192, 192, 192, 255]),
+    ("gray", [128, 128, 128, 255]),
+    ("white", [255, 255, 255, 255]),
+    ("maroon", [128, 0, 0, 255]),
+    ("red", [255, 0, 0, 255]),
+    ("purple", [128, 0, 128, 255]),
+    ("fuchsia", [255, 0, 255, 255]),
+    ("green", [0, 128, 0, 255]),
+    ("lime", [0, 255, 0, 255]),
+    ("olive", [128, 128, 0, 255]),
+    ("yellow", [255, 255, 0, 255]),
+    ("navy", [0, 0, 128, 255]),
+    ("blue", [0, 0, 255, 255]),
+    ("teal", [0, 128, 128, 255]),
+    ("aqua", [0, 255, 255, 255]),
+    ("transparent", [0, 0, 0, 0]),
+];
+
+impl std::str::FromStr for Colour {
+    type Err = Error;
+    fn from_str(text: &str) -> Result<Self> {
+        let lower = text.to_ascii_lowercase();
+        if let Some((_, colour)) = COLOUR_NAMES.iter().find(|(name, _)| *name == lower) {
+            return Ok(Colour(*colour));
+        }
+        let wrong = || {
+            Error::usage(format!(
+                "'{text}' is not a colour: write #rgb, #rrggbb, #rrggbbaa or a name such as white"
+            ))
+        };
+        let hex = lower.strip_prefix('#').ok_or_else(wrong)?;
+        let digits: Option<Vec<u8>> =
+            hex.chars().map(|c| c.to_digit(16).map(|d| d as u8)).collect();
+        match digits.ok_or_else(wrong)?[..] {
+            [r, g, b] => Ok(Colour([r * 17, g * 17, b * 17, 255])),
+            [r, s, g, h, b, c] => Ok(Colour([r * 16 + s, g * 16 + h, b * 16 + c, 255])),
+            [r, s, g, h, b, c, a, d] => {
+                Ok(Colour([r * 16 + s, g * 16 + h, b * 16 + c, a * 16 + d]))
+            }
+            _ => Err(wrong()),
+        }
+    }
+}
+
+impl TryFrom<String> for Colour {
+    type Error = Error;
+    fn try_from(text: String) -> Result<Self> {
+        text.parse()
+    }
+}
+
+impl From<Colour> for String {
+    fn from(colour: Colour) -> String {
+        colour.to_string()
+    }
+}
+
+impl std::fmt::Display for Colour {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [r, g, b, a] = self.0;
+        write!(f, "#{r:02x}{g:02x}{b:02x}")?;
+        if a == 255 { Ok(()) } else { write!(f, "{a:02x}") }
+    }
+}
+
+/// Density above which a cell of the grid counts as high, medium or low (paper, Algorithm 1):
+/// candidates per pixel of the cell, 0..1, falling.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Thresholds {
+    /// Above it a cell keeps `max_points`.
+    pub high: f64,
+    /// Above it a cell keeps half of them.
+    pub medium: f64,
+    /// Above it a cell keeps a quarter of them.
+    pub low: f64,
+}
+
+impl std::str::FromStr for Thresholds {
+    type Err = Error;
+    fn from_str(text: &str) -> Result<Self> {
+        let parts: std::result::Result<Vec<f64>, _> =
+            text.split(',').map(|part| part.trim().parse()).collect();
+        match parts.as_deref() {
+            Ok(&[high, medium, low]) => Ok(Self { high, medium, low }),
+            _ => Err(Error::usage(format!(
+                "'{text}' are not three thresholds: write high,medium,low, for instance 0.1,0.05,0.02"
+            ))),
+        }
+    }
+}
+
+impl Default for Thresholds {
+    fn default() -> Self {
+        Self { high: 0.12, medium: 0.06, low: 0.02 }
+    }
+}
+
+/// How to render: everything that decides the bytes of the output, but the input itself.
+///
+/// ```
+/// use polyreel::options::{Options, Points};
+/// let options = Options { points: Points::Count(500), seed: 7, ..Options::default() };
+/// options.validate().expect("these are sound");
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Options {
+    /// Levels one and two. Default [`Method::Hrlp`].
+    pub method: Method,
+    /// Target seeds for a frame. Default 0.8 % of the pixels (paper, Table 2).
+    pub points: Points,
+    /// Decides all chance. Default 0.
+    pub seed: u64,
+    /// Colour clusters of level one, 2..=64. Default 8.
+    pub clusters: u32,
+    /// Every how many pixels of a region's boundary one becomes a candidate, 1..=64. Default 2.
+    pub interval: u32,
+    /// Area of a grid cell as a share of the frame's area, above 0 and at most 1; `None` solves it
+    /// from [`Options::points`]. Default `None`.
+    pub hex_density: Option<f64>,
+    /// Points that the densest cells keep, 1..=64. Default 4.
+    pub max_points: u32,
+    /// Densities that tell dense cells from sparse ones.
+    pub thresholds: Thresholds,
+    /// Colour of lines drawn along the edges of the mesh; `None` draws none. Default `None`.
+    pub outline: Option<Colour>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            points: Points::default(),
+            seed: 0,
+            clusters: 8,
+            interval: 2,
+            hex_density: None,
+            max_points: 4,
+            thresholds: Thresholds::default(),
+            outline: None,
+        }
+    }
+}
+
+impl Options {
+    /// The paper to the letter: no refinement, no coherence.
+    pub fn paper() -> Self {
+        Self::default()
+    }
+
+    /// The preset called `name`.
+    ///
+    /// # Errors
+    /// When there is none of that name; the message lists those that there are.
+    pub fn preset(name: &str) -> Result<Self> {
+        match name {
+            "paper" => Ok(Self::paper()),
+            _ => Err(Error::usage(format!("there is no preset '{name}': there is 'paper'"))),
+        }
+    }
+
+    /// Checks every field against its range.
+    ///
+    /// # Errors
+    /// Names the first field out of range, its value and the range.
+    pub fn validate(&self) -> Result<()> {
+        match self.points {
+            Points::Count(0) => return Err(out_of_range("points", 0, "at least 1")),
+            Points::Share(s) if !(s > 0.0 && s <= 1.0) => {
+                return Err(out_of_range("points", self.points, "above 0% and at most 100%"));
+            }
+            _ => {}
+        }
+        check_range("clusters", self.clusters, 2, 64)?;
+        check_range("interval", self.interval, 1, 64)?;
+        check_range("max-points", self.max_points, 1, 64)?;
+        if let Some(density) = self.hex_density
+            && !(density > 0.0 && density <= 1.0)
+        {
+            return Err(out_of_range("hex-density", density, "above 0 and at most 1"));
+        }
+        let Thresholds { high, medium, low } = self.thresholds;
+        if !(1.0 >= high && high >= medium && medium >= low && low >= 0.0) {
+            return Err(out_of_range(
+                "thresholds",
+                format!("{high},{medium},{low}"),
+                "high,medium,low, falling, between 0 and 1",
+            ));
+        }
+        Ok(())
+    }
+}
+
+fn check_range(name: &str, value: u32, least: u32, most: u32) -> Result<()> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    Err(out_of_range(name, value, format!("{least} to {most}")))
+}
+
+fn out_of_range(name: &str, value: impl std::fmt::Display, range: impl std::fmt::Display) -> Error {
+    Error::usage(format!("{name} is {value}; it can be {range}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_counts_or_shares() {
+        assert_eq!("2000".parse::<Points>().expect("a count"), Points::Count(2000));
+        assert_eq!("0.8%".parse::<Points>().expect("a share"), Points::Share(0.008));
+        assert_eq!(Points::Share(0.008).to_string(), "0.8%");
+        assert!("0.8".parse::<Points>().is_err());
+        assert!("many".parse::<Points>().is_err());
+        assert_eq!(Points::Share(0.008).target(Size::new(1024, 1024)), 8388);
+        assert_eq!(Points::Count(9).target(Size::new(2, 2)), 4);
+    }
+
+    #[test]
+    fn colours_parse_and_print() {
+        for (text, rgba) in [
+            ("#fff", [255; 4]),
+            ("#102030", [16, 32, 48, 255]),
+            ("#10203040", [16, 32, 48, 64]),
+            ("Teal", [0, 128, 128, 255]),
+        ] {
+            let colour: Colour = text.parse().expect(text);
+            assert_eq!(colour.0, rgba);
+            assert_eq!(colour.to_string().parse::<Colour>().expect("printed").0, rgba);
+        }
+        for wrong in ["", "#", "#12", "#ggg", "blurple"] {
+            assert!(wrong.parse::<Colour>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn validation_names_the_field() {
+        Options::default().validate().expect("the defaults are sound");
+        let said = |options: Options| options.validate().expect_err("out of range").to_string();
+        let base = Options::default;
+        assert!(said(Options { points: Points::Count(0), ..base() }).contains("points"));
+        assert!(said(Options { points: Points::Share(f64::NAN), ..base() }).contains("points"));
+        assert!(said(Options { clusters: 1, ..base() }).contains("clusters"));
+        assert!(said(Options { hex_density: Some(0.0), ..base() }).contains("hex-density"));
+        let thresholds = Thresholds { high: 0.1, medium: 0.2, low: 0.0 };
+        assert!(said(Options { thresholds, ..base() }).contains("thresholds"));
+    }
+
+    #[test]
+    fn options_survive_a_preset_file() {
+        let options = Options { outline: Some(Colour([1, 2, 3, 255])), ..Options::default() };
+        let text = toml::to_string(&options).expect("options are plain data");
+        assert_eq!(toml::from_str::<Options>(&text).expect("what was written"), options);
+        let error = toml::from_str::<Options>("pionts = \"3\"").expect_err("a misspelt key");
+        assert!(error.to_string().contains("pionts"));
+    }
+}
