@@ -162,11 +162,15 @@ impl Rational {
     }
 }
 
+fn product(a: i64, b: i64) -> i128 {
+    i128::from(a) * i128::from(b)
+}
+
 impl std::ops::Add for Rational {
     type Output = Self;
     fn add(self, o: Self) -> Self {
-        let cross = |a: i64, b: i64| i128::from(a) * i128::from(b);
-        Self::reduced(cross(self.num, o.den) + cross(o.num, self.den), cross(self.den, o.den))
+        let (a, b) = (product(self.num, o.den), product(o.num, self.den));
+        Self::reduced(a + b, product(self.den, o.den))
     }
 }
 
@@ -187,7 +191,6 @@ impl std::ops::Sub for Rational {
 impl std::ops::Mul for Rational {
     type Output = Self;
     fn mul(self, o: Self) -> Self {
-        let product = |a: i64, b: i64| i128::from(a) * i128::from(b);
         Self::reduced(product(self.num, o.num), product(self.den, o.den))
     }
 }
