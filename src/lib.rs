@@ -1,6 +1,7 @@
 //! polyreel turns pictures, GIFs and video into low-poly art.
 
 pub mod chance;
+pub mod draw;
 pub mod error;
 pub mod feature;
 pub mod frame;
@@ -11,6 +12,7 @@ pub mod options;
 pub mod rasterise;
 pub mod render;
 pub mod sample;
+pub mod scan;
 pub mod sink;
 pub mod source;
 pub mod stage;
