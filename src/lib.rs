@@ -10,6 +10,7 @@ pub mod hex;
 pub mod mesh;
 pub mod options;
 pub mod rasterise;
+pub mod refine;
 pub mod render;
 pub mod sample;
 pub mod scan;

@@ -1,0 +1,104 @@
+//! Level three: vertices descend the squared error between picture and mesh.
+
+mod colouring;
+mod descend;
+mod flip;
+mod force;
+mod ring;
+mod shape;
+mod sums;
+mod surface;
+
+use crate::frame::Frame;
+use crate::mesh::Mesh;
+use colouring::Colouring;
+use descend::{FIRST_REACH, Field, Visits, WAKING_REACH, descend};
+use flip::flip;
+use sums::RowSums;
+use surface::Surface;
+
+/// How to refine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RefineOptions {
+    /// Steps at most.
+    pub steps: u32,
+    /// 0..1
+    pub regularity: f64,
+    /// tick
+    pub least_gain: f64,
+}
+
+/// What a refinement did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Refined {
+    /// Steps done.
+    pub steps: u32,
+    /// Squared error before.
+    pub error_before: f64,
+    /// And after.
+    pub error_after: f64,
+    /// Moves of vertices.
+    pub moved: usize,
+    /// Turned edges.
+    pub flipped: usize,
+}
+
+/// Refines.
+#[derive(Debug, Default)]
+pub struct Refiner {
+    rows: RowSums,
+    surface: Surface,
+    colouring: Colouring,
+    reach: Vec<i32>,
+    order: Vec<u32>,
+    visits: Vec<Visits>,
+    edges: Vec<Vec<u32>>,
+}
+
+impl Refiner {
+    /// Refines.
+    pub fn refine(&mut self, mesh: &mut Mesh, frame: &Frame, options: &RefineOptions) -> Refined {
+        self.rows.load(frame);
+        self.surface.link(mesh);
+        self.surface.measure(&self.rows);
+        self.reach.clear();
+        self.reach.resize(mesh.vertices.len(), FIRST_REACH);
+        self.order.clear();
+        self.order.extend(0..mesh.vertices.len() as u32);
+        let at = &self.surface.at;
+        self.order.sort_by_key(|&v| (at[v as usize].y >> 14, at[v as usize].x >> 14, v));
+        let before = self.surface.error();
+        let mean = before / self.surface.triangles() as f64;
+        let field = Field {
+            frame,
+            rows: &self.rows,
+            weight: options.regularity * mean,
+            least_gain: mean * options.least_gain,
+        };
+        let mut refined = Refined { error_before: before, ..Refined::default() };
+        for _ in 0..options.steps {
+            let start = self.surface.clock;
+            self.surface.clock += 1;
+            let s = &self.surface;
+            self.colouring.colour(s, &self.order, |v| s.awake[v as usize]);
+            let mut moved = 0;
+            for class in &self.colouring.classes {
+                for &v in class {
+                    let reach = &mut self.reach[v as usize];
+                    *reach = (*reach).max(WAKING_REACH);
+                }
+                moved += descend(&mut self.surface, &mut self.reach, class, field, &mut self.visits);
+            }
+            let flipped = flip(&mut self.surface, start, field, &mut self.edges);
+            refined.steps += 1;
+            refined.moved += moved;
+            refined.flipped += flipped;
+            if moved + flipped == 0 && !self.surface.awake.contains(&true) {
+                break;
+            }
+        }
+        refined.error_after = self.surface.error();
+        self.surface.store(mesh);
+        refined
+    }
+}
