@@ -4,6 +4,8 @@ mod colouring;
 mod descend;
 mod flip;
 mod force;
+mod patch;
+mod replace;
 mod ring;
 mod shape;
 mod sums;
@@ -14,6 +16,7 @@ use crate::mesh::Mesh;
 use colouring::Colouring;
 use descend::{FIRST_REACH, Field, Visits, WAKING_REACH, descend};
 use flip::flip;
+use replace::{Worth, replace};
 use sums::RowSums;
 use surface::Surface;
 
@@ -24,6 +27,8 @@ pub struct RefineOptions {
     pub steps: u32,
     /// 0..1
     pub regularity: f64,
+    /// share
+    pub replace: f64,
     /// tick
     pub least_gain: f64,
 }
@@ -41,6 +46,8 @@ pub struct Refined {
     pub moved: usize,
     /// Turned edges.
     pub flipped: usize,
+    /// Re-placed
+    pub replaced: usize,
 }
 
 /// Refines.
@@ -53,6 +60,7 @@ pub struct Refiner {
     order: Vec<u32>,
     visits: Vec<Visits>,
     edges: Vec<Vec<u32>>,
+    worth: Worth,
 }
 
 impl Refiner {
@@ -76,8 +84,13 @@ impl Refiner {
             least_gain: mean * options.least_gain,
         };
         let mut refined = Refined { error_before: before, ..Refined::default() };
+        self.worth.reset(mesh.vertices.len());
+        let mut start = self.surface.clock;
         for _ in 0..options.steps {
-            let start = self.surface.clock;
+            let most = (options.replace * mesh.vertices.len() as f64).ceil() as usize;
+            let replaced = if options.replace > 0. { replace(&mut self.surface, &mut self.worth, most, field) } else {vec![]};
+            for &v in &replaced { self.reach[v as usize] = FIRST_REACH; }
+            refined.replaced += replaced.len();
             self.surface.clock += 1;
             let s = &self.surface;
             self.colouring.colour(s, &self.order, |v| s.awake[v as usize]);
@@ -85,15 +98,19 @@ impl Refiner {
             for class in &self.colouring.classes {
                 for &v in class {
                     let reach = &mut self.reach[v as usize];
-                    *reach = (*reach).max(WAKING_REACH);
+                    if *reach == 0 {
+                        *reach = WAKING_REACH;
+                    }
                 }
                 moved += descend(&mut self.surface, &mut self.reach, class, field, &mut self.visits);
             }
+            self.surface.clock += 1;
             let flipped = flip(&mut self.surface, start, field, &mut self.edges);
+            start = self.surface.clock;
             refined.steps += 1;
             refined.moved += moved;
             refined.flipped += flipped;
-            if moved + flipped == 0 && !self.surface.awake.contains(&true) {
+            if moved + flipped + replaced.len() == 0 && !self.surface.awake.contains(&true) {
                 break;
             }
         }

@@ -15,7 +15,7 @@ pub(super) struct Ring {
     /// The half-edges of the polygon: from `ends[i]` to `ends[i + 1]`, inside it.
     pub(super) links: Vec<u32>,
     /// Their pixel sums.
-    link_sums: Vec<Sums>,
+    pub(super) link_sums: Vec<Sums>,
     /// The spokes' sums for the place that was tried last.
     pub(super) spokes: Vec<Sums>,
     /// Whether the polygon goes all the way round.

@@ -17,7 +17,8 @@ pub(super) fn flatness(a: Point, b: Point, c: Point) -> f64 {
         x * x + y * y
     };
     let squares = squared(a, b) + squared(b, c) + squared(c, a);
-    squares / (TWO_ROOT_3 * doubled as f64) - 1.0
+    let excess = squares / (TWO_ROOT_3 * doubled as f64) - 1.0;
+    excess * excess
 }
 
 const TWO_ROOT_3: f64 = 3.464_101_615_137_754_6;

@@ -41,6 +41,10 @@ impl Cost {
         self.error + weight * self.shape
     }
 
+    pub(super) fn scaled(self, by: f64) -> Self {
+        Self { error: self.error * by, shape: self.shape * by }
+    }
+
     /// How much a change to `after` gains. Never positive when the error itself would rise.
     pub(super) fn gain(self, after: Self, weight: f64) -> f64 {
         if after.error > self.error { f64::NEG_INFINITY } else { self.total(weight) - after.total(weight) }
