@@ -19,9 +19,10 @@ const UNCOLOURED: u8 = u8::MAX;
 impl Colouring {
     /// Colours those of `order` for which `wanted` holds, greedily in that order.
     pub(super) fn colour(&mut self, surface: &Surface, order: &[u32], wanted: impl Fn(u32) -> bool) {
-        self.colour.clear();
         self.colour.resize(surface.at.len(), UNCOLOURED);
-        self.classes.iter_mut().for_each(Vec::clear);
+        for class in &mut self.classes {
+            class.drain(..).for_each(|v| self.colour[v as usize] = UNCOLOURED);
+        }
         for &v in order.iter().filter(|&&v| wanted(v)) {
             let mut taken = 0u64;
             let mut take = |w: u32| {

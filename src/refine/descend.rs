@@ -6,14 +6,13 @@ use super::force::gradient;
 use super::ring::Ring;
 use super::sums::{RowSums, Sums};
 use super::surface::{Cost, NONE, Surface, next, previous};
-use crate::frame::Frame;
-use crate::geom::{Point, SUBPIXEL};
+use crate::geom::{Point, SUBPIXEL, Size};
 use crate::mesh::Place;
 
 /// What a pass over the mesh works with.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Field<'a> {
-    pub(super) frame: &'a Frame,
+    pub(super) size: Size,
     pub(super) rows: &'a RowSums,
     /// Squared 8-bit steps for a unit of flatness.
     pub(super) weight: f64,
@@ -34,7 +33,7 @@ pub(super) const WAKING_REACH: i32 = SUBPIXEL / 4;
 const MOST_REACH: i32 = 6 * SUBPIXEL;
 
 /// Vertices that one piece of work looks at.
-const PACK: usize = 48;
+const PACK: usize = 32;
 
 /// What came of a visit to a vertex.
 #[derive(Clone, Copy, Debug)]
@@ -80,7 +79,7 @@ pub(super) fn descend(
 fn visit(surface: &Surface, v: u32, reach: i32, field: Field, ring: &mut Ring, out: &mut Visits) {
     ring.surround(surface, v);
     let from = surface.at[v as usize];
-    let (gx, gy) = gradient(field.frame, from, ring);
+    let (gx, gy) = gradient(field.rows, field.size, from, ring);
     let (gx, gy) = match surface.freedom(v) {
         Place::Corner => (0.0, 0.0),
         Place::SideBorder => (0.0, gy),
@@ -93,12 +92,12 @@ fn visit(surface: &Surface, v: u32, reach: i32, field: Field, ring: &mut Ring, o
         return;
     }
     let direction = (-gx / length, -gy / length);
-    let before: Cost = (0..ring.len()).map(|i| ring.triangle_cost(i, from)).sum();
+    let before: Cost = (0..ring.len()).map(|i| ring.triangle_cost(field.rows, i, from)).sum();
     let mut line = Line { ring, from, direction, before, field };
     let (to, reach) = line.search(reach.clamp(LEAST_REACH, MOST_REACH));
     if let Some(to) = to {
         out.spokes.extend_from_slice(&ring.spokes);
-        out.costs.extend((0..ring.len()).map(|i| ring.triangle_cost(i, to)));
+        out.costs.extend((0..ring.len()).map(|i| ring.triangle_cost(field.rows, i, to)));
     }
     out.visits.push(Visit { vertex: v, to, reach });
 }
@@ -149,12 +148,12 @@ impl Line<'_, '_> {
         if longer > MOST_REACH {
             return (Some(to), reach);
         }
+        self.ring.keep();
         let further = self.point(longer);
         if self.gain(further) > gain {
             return (Some(further), longer);
         }
-        // Spokes are those of the last trial: take them back.
-        self.gain(to);
+        self.ring.restore();
         (Some(to), reach)
     }
 }

@@ -50,6 +50,9 @@ pub struct Refined {
     pub replaced: usize,
 }
 
+/// Vertices that take their turns together, so that what surrounds them stays in the cache.
+const BLOCK: usize = 768;
+
 /// Refines.
 #[derive(Debug, Default)]
 pub struct Refiner {
@@ -57,7 +60,6 @@ pub struct Refiner {
     surface: Surface,
     colouring: Colouring,
     reach: Vec<i32>,
-    order: Vec<u32>,
     visits: Vec<Visits>,
     edges: Vec<Vec<u32>>,
     worth: Worth,
@@ -66,19 +68,17 @@ pub struct Refiner {
 impl Refiner {
     /// Refines.
     pub fn refine(&mut self, mesh: &mut Mesh, frame: &Frame, options: &RefineOptions) -> Refined {
-        self.rows.load(frame);
+        let tm=std::time::Instant::now(); let lap=|w:&str| if std::env::var_os("LAP").is_some() {eprintln!("{w} {:.2}", tm.elapsed().as_secs_f64()*1e3)};
+        self.rows.load(frame); lap("load");
+        self.rows.load(frame); lap("load again");
         self.surface.link(mesh);
-        self.surface.measure(&self.rows);
+        lap("link"); self.surface.measure(&self.rows); lap("measure");
         self.reach.clear();
         self.reach.resize(mesh.vertices.len(), FIRST_REACH);
-        self.order.clear();
-        self.order.extend(0..mesh.vertices.len() as u32);
-        let at = &self.surface.at;
-        self.order.sort_by_key(|&v| (at[v as usize].y >> 14, at[v as usize].x >> 14, v));
         let before = self.surface.error();
         let mean = before / self.surface.triangles() as f64;
         let field = Field {
-            frame,
+            size: frame.size(),
             rows: &self.rows,
             weight: options.regularity * mean,
             least_gain: mean * options.least_gain,
@@ -88,25 +88,29 @@ impl Refiner {
         let mut start = self.surface.clock;
         for _ in 0..options.steps {
             let most = (options.replace * mesh.vertices.len() as f64).ceil() as usize;
-            let replaced = if options.replace > 0. { replace(&mut self.surface, &mut self.worth, most, field) } else {vec![]};
+            lap("-");let replaced = if options.replace > 0. { replace(&mut self.surface, &mut self.worth, most, field) } else {vec![]};
             for &v in &replaced { self.reach[v as usize] = FIRST_REACH; }
-            refined.replaced += replaced.len();
+            lap("replace");refined.replaced += replaced.len();
             self.surface.clock += 1;
-            let s = &self.surface;
-            self.colouring.colour(s, &self.order, |v| s.awake[v as usize]);
             let mut moved = 0;
-            for class in &self.colouring.classes {
-                for &v in class {
-                    let reach = &mut self.reach[v as usize];
-                    if *reach == 0 {
-                        *reach = WAKING_REACH;
+            for block in 0..self.surface.order.len().div_ceil(BLOCK) {
+                let s = &self.surface;
+                let end = ((block + 1) * BLOCK).min(s.order.len());
+                self.colouring.colour(s, &s.order[block * BLOCK..end], |v| s.awake[v as usize]);
+                for class in &self.colouring.classes {
+                    for &v in class {
+                        let reach = &mut self.reach[v as usize];
+                        if *reach == 0 {
+                            *reach = WAKING_REACH;
+                        }
                     }
+                    moved +=
+                        descend(&mut self.surface, &mut self.reach, class, field, &mut self.visits);
                 }
-                moved += descend(&mut self.surface, &mut self.reach, class, field, &mut self.visits);
             }
-            self.surface.clock += 1;
+            lap("moves");self.surface.clock += 1;
             let flipped = flip(&mut self.surface, start, field, &mut self.edges);
-            start = self.surface.clock;
+            start = self.surface.clock; lap("flip");
             refined.steps += 1;
             refined.moved += moved;
             refined.flipped += flipped;
@@ -115,7 +119,7 @@ impl Refiner {
             }
         }
         refined.error_after = self.surface.error();
-        self.surface.store(mesh);
+        lap("end");self.surface.store(mesh);lap("store");
         refined
     }
 }

@@ -47,21 +47,21 @@ impl Closing {
         }
         for width in 1..corners {
             for i in 0..corners - width {
-                self.solve(ring, i, i + width, weight);
+                self.solve(ring, rows, i, i + width, weight);
             }
         }
         self.cost = self.best[0][corners - 1];
         self.cost.shape.is_finite()
     }
 
-    fn solve(&mut self, ring: &Ring, i: usize, j: usize, weight: f64) {
+    fn solve(&mut self, ring: &Ring, rows: &RowSums, i: usize, j: usize, weight: f64) {
         self.best[i][j] = if j == i + 1 { Cost::default() } else { Cost::INFINITE };
         for m in i + 1..j {
             let cost = self.best[i][m] + self.best[m][j];
             if !cost.shape.is_finite() {
                 continue;
             }
-            let cost = cost + self.triangle_cost(&ring.ends, [i, m, j]);
+            let cost = cost + self.triangle_cost(rows, &ring.ends, [i, m, j]);
             if cost.shape.is_finite() && cost.total(weight) < self.best[i][j].total(weight) {
                 self.best[i][j] = cost;
                 self.apex[i][j] = m as u8;
@@ -69,9 +69,9 @@ impl Closing {
         }
     }
 
-    fn triangle_cost(&self, ends: &[Point], [i, m, j]: [usize; 3]) -> Cost {
+    fn triangle_cost(&self, rows: &RowSums, ends: &[Point], [i, m, j]: [usize; 3]) -> Cost {
         let sums = self.chord[i][m] + self.chord[m][j] - self.chord[i][j];
-        Cost::of(&sums, ends[i], ends[m], ends[j])
+        Cost::of(rows, &sums, ends[i], ends[m], ends[j])
     }
 }
 
@@ -95,7 +95,12 @@ fn links(surface: &Surface, ring: &Ring) -> Vec<Link> {
 
 /// Takes the vertex inside `ring` out and closes the hole as planned. Returns the numbers of the two
 /// triangles that are left over.
-pub(super) fn take_out(surface: &mut Surface, ring: &Ring, closing: &Closing) -> [u32; 2] {
+pub(super) fn take_out(
+    surface: &mut Surface,
+    rows: &RowSums,
+    ring: &Ring,
+    closing: &Closing,
+) -> [u32; 2] {
     let links = links(surface, ring);
     let corners = closing.corners;
     let mut slots = ring.links.iter().map(|&h| h / 3);
@@ -120,14 +125,14 @@ pub(super) fn take_out(surface: &mut Surface, ring: &Ring, closing: &Closing) ->
             attach(surface, h + 2, Link { vertex: links[j].vertex, twin: outer, sums });
             surface.sums[outer as usize] = -sums;
         }
-        surface.changed(t, closing.triangle_cost(&ring.ends, [i, m, j]));
+        surface.changed(t, closing.triangle_cost(rows, &ring.ends, [i, m, j]));
     }
     left
 }
 
 /// Puts vertex `v` at `p` inside the polygon of `ring`, whose spokes are those of `p`: its triangles
 /// and the two of `spare` become the fan around it.
-pub(super) fn put_in(surface: &mut Surface, ring: &Ring, v: u32, p: Point, spare: [u32; 2]) {
+pub(super) fn put_in(surface: &mut Surface, rows: &RowSums, ring: &Ring, v: u32, p: Point, spare: [u32; 2]) {
     let links = links(surface, ring);
     let mut slots: Vec<u32> = ring.links.iter().map(|&h| h / 3).collect();
     slots.sort_unstable();
@@ -147,7 +152,7 @@ pub(super) fn put_in(surface: &mut Surface, ring: &Ring, v: u32, p: Point, spare
     }
     surface.out[v as usize] = 3 * slots[0];
     for (i, &t) in slots.iter().enumerate() {
-        surface.changed(t, ring.triangle_cost(i, p));
+        surface.changed(t, ring.triangle_cost(rows, i, p));
     }
 }
 

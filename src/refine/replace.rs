@@ -123,8 +123,8 @@ pub(super) fn replace(surface: &mut Surface, worth: &mut Worth, most: usize, fie
         }
         let placed = ring.try_at(field.rows, opening.place, weight, f64::INFINITY);
         debug_assert!(placed.is_some());
-        let spare = take_out(surface, &around, &closing);
-        put_in(surface, &ring, v, opening.place, spare);
+        let spare = take_out(surface, field.rows, &around, &closing);
+        put_in(surface, field.rows, &ring, v, opening.place, spare);
         replaced.push(v);
     }
     replaced
@@ -182,7 +182,7 @@ fn settle(site: Site, start: Point, before: Cost, field: Field, ring: &mut Ring)
     let mut cost = ring.try_at(field.rows, place, weight, f64::INFINITY)?;
     let mut reach = 2.0 * f64::from(crate::geom::SUBPIXEL);
     for _ in 0..SETTLING {
-        let (gx, gy) = gradient(field.frame, place, ring);
+        let (gx, gy) = gradient(field.rows, field.size, place, ring);
         let length = gx.hypot(gy);
         if length == 0.0 {
             break;

@@ -1,7 +1,7 @@
 //! What surrounds a vertex: the polygon in which it may move, and the cost of each place there.
 
 use super::shape::flatness;
-use super::sums::{RowSums, Sums};
+use super::sums::{RowSums, Sums, Total};
 use super::surface::{Cost, NONE, Surface, next, previous};
 use crate::geom::{Point, orient};
 
@@ -18,6 +18,8 @@ pub(super) struct Ring {
     pub(super) link_sums: Vec<Sums>,
     /// The spokes' sums for the place that was tried last.
     pub(super) spokes: Vec<Sums>,
+    /// Spokes put aside by [`Ring::keep`].
+    kept: Vec<Sums>,
     /// Whether the polygon goes all the way round.
     pub(super) closed: bool,
 }
@@ -79,14 +81,28 @@ impl Ring {
         if i + 1 == self.ends.len() { 0 } else { i + 1 }
     }
 
-    /// The sums of triangle `i` with the spokes as they are.
-    pub(super) fn triangle_sums(&self, i: usize) -> Sums {
+    fn triangle_sums(&self, i: usize) -> Sums {
         self.spokes[i] + self.link_sums[i] - self.spokes[self.after(i)]
     }
 
+    /// The sums of triangle `i` with the spokes as they are and the centre at `p`.
+    pub(super) fn total(&self, rows: &RowSums, i: usize, p: Point) -> Total {
+        rows.total(&self.triangle_sums(i), p, self.ends[i], self.ends[self.after(i)])
+    }
+
     /// The cost of triangle `i` with the spokes as they are and the centre at `p`.
-    pub(super) fn triangle_cost(&self, i: usize, p: Point) -> Cost {
-        Cost::of(&self.triangle_sums(i), p, self.ends[i], self.ends[self.after(i)])
+    pub(super) fn triangle_cost(&self, rows: &RowSums, i: usize, p: Point) -> Cost {
+        Cost::of(rows, &self.triangle_sums(i), p, self.ends[i], self.ends[self.after(i)])
+    }
+
+    /// Puts the spokes aside, for [`Ring::restore`] after another trial.
+    pub(super) fn keep(&mut self) {
+        std::mem::swap(&mut self.spokes, &mut self.kept);
+    }
+
+    /// Takes back the spokes that were put aside.
+    pub(super) fn restore(&mut self) {
+        std::mem::swap(&mut self.spokes, &mut self.kept);
     }
 
     /// Sums the spokes for a centre at `p` and returns the cost of the fan; `None` when one of its
@@ -105,7 +121,7 @@ impl Ring {
         }
         self.spokes.clear();
         self.spokes.extend(self.ends.iter().map(|&end| rows.edge(p, end)));
-        let error = (0..self.len()).map(|i| self.triangle_sums(i).error()).sum();
+        let error = (0..self.len()).map(|i| self.total(rows, i, p).error()).sum();
         Some(Cost { error, shape })
     }
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::shape::flatness;
 use super::sums::{RowSums, Sums};
-use crate::geom::{Point, Size};
+use crate::geom::{Point, SUBPIXEL, Size};
 use crate::mesh::{CORNERS, Mesh, Place};
 
 /// No half-edge: the other side of the frame's border.
@@ -32,8 +32,8 @@ pub(super) struct Cost {
 impl Cost {
     pub(super) const INFINITE: Self = Self { error: f64::INFINITY, shape: f64::INFINITY };
 
-    pub(super) fn of(sums: &Sums, a: Point, b: Point, c: Point) -> Self {
-        Self { error: sums.error(), shape: flatness(a, b, c) }
+    pub(super) fn of(rows: &RowSums, sums: &Sums, a: Point, b: Point, c: Point) -> Self {
+        Self { error: rows.total(sums, a, b, c).error(), shape: flatness(a, b, c) }
     }
 
     /// Error and shape in one number, `weight` squared 8-bit steps for each unit of flatness.
@@ -64,11 +64,26 @@ impl std::iter::Sum for Cost {
     }
 }
 
+/// The place of the 32 x 32 pixel square that holds `p` on a Z-order curve.
+fn morton(p: Point) -> u32 {
+    const SQUARE_BITS: u32 = 5 + SUBPIXEL.trailing_zeros();
+    let spread = |v: i32| {
+        let mut v = v as u32 >> SQUARE_BITS;
+        v = (v | v << 8) & 0x00ff_00ff;
+        v = (v | v << 4) & 0x0f0f_0f0f;
+        v = (v | v << 2) & 0x3333_3333;
+        (v | v << 1) & 0x5555_5555
+    };
+    spread(p.x) | spread(p.y) << 1
+}
+
 /// The mesh while it is refined. Half-edge `h` belongs to triangle `h / 3` and runs from its origin to
 /// the origin of the next one.
 #[derive(Debug)]
 pub(super) struct Surface {
     pub(super) size: Size,
+    /// The vertices in an order that keeps neighbours close together: along a Z-order curve.
+    pub(super) order: Vec<u32>,
     /// The vertices' places.
     pub(super) at: Vec<Point>,
     /// The vertex that each half-edge starts from.
@@ -93,6 +108,7 @@ impl Default for Surface {
     fn default() -> Self {
         Self {
             size: Size::new(0, 0),
+            order: Vec::new(),
             at: Vec::new(),
             origin: Vec::new(),
             twin: Vec::new(),
@@ -111,8 +127,10 @@ impl Surface {
     pub(super) fn link(&mut self, mesh: &Mesh) {
         self.size = mesh.size;
         self.at.clone_from(&mesh.vertices);
-        self.origin.clear();
-        self.origin.extend(mesh.triangles.iter().flatten());
+        self.order.clear();
+        self.order.extend(0..self.at.len() as u32);
+        self.order.sort_by_cached_key(|&v| morton(self.at[v as usize]));
+        self.number(mesh);
         // Half-edges by origin: a counting sort.
         let mut start = vec![0u32; self.at.len() + 1];
         for &v in &self.origin {
@@ -147,6 +165,26 @@ impl Surface {
         self.awake.resize(self.at.len(), true);
     }
 
+    /// Numbers the triangles as `order` has their first vertices, so that neighbours lie close together.
+    fn number(&mut self, mesh: &Mesh) {
+        let mut start = vec![0u32; self.at.len() + 1];
+        for t in &mesh.triangles {
+            start[t[0] as usize] += 1;
+        }
+        let mut sum = 0;
+        for &v in &self.order {
+            sum += std::mem::replace(&mut start[v as usize], sum);
+        }
+        self.origin.clear();
+        self.origin.resize(mesh.triangles.len() * 3, 0);
+        let (triangles, _) = self.origin.as_chunks_mut::<3>();
+        for t in &mesh.triangles {
+            let at = &mut start[t[0] as usize];
+            triangles[*at as usize] = *t;
+            *at += 1;
+        }
+    }
+
     /// Sums and costs of all edges and triangles over a new frame.
     pub(super) fn measure(&mut self, rows: &RowSums) {
         let Self { at, origin, twin, sums, cost, .. } = self;
@@ -169,7 +207,8 @@ impl Surface {
         cost.par_chunks_mut(256).enumerate().for_each(|(chunk, costs)| {
             for (t, cost) in (chunk * 256..).zip(costs) {
                 let [a, b, c] = [0, 1, 2].map(|i| at[origin[3 * t + i] as usize]);
-                *cost = Cost::of(&(sums[3 * t] + sums[3 * t + 1] + sums[3 * t + 2]), a, b, c);
+                let sums = sums[3 * t] + sums[3 * t + 1] + sums[3 * t + 2];
+                *cost = Cost::of(rows, &sums, a, b, c);
             }
         });
     }
@@ -217,12 +256,6 @@ impl Surface {
         }
     }
 
-    /// The pixel sums of triangle `t`.
-    pub(super) fn triangle_sums(&self, t: u32) -> Sums {
-        let h = 3 * t as usize;
-        self.sums[h] + self.sums[h + 1] + self.sums[h + 2]
-    }
-
     /// Writes the sums of half-edge `h` and its twin.
     pub(super) fn set_sums(&mut self, h: u32, sums: Sums) {
         self.sums[h as usize] = sums;
@@ -239,12 +272,6 @@ impl Surface {
         for i in 0..3 {
             self.awake[self.origin[(3 * t + i) as usize] as usize] = true;
         }
-    }
-
-    /// The cost of triangle `t` from its edges' sums.
-    pub(super) fn cost_of(&self, t: u32) -> Cost {
-        let [a, b, c] = [0, 1, 2].map(|i| self.place(3 * t + i));
-        Cost::of(&self.triangle_sums(t), a, b, c)
     }
 
     /// Writes the vertices and triangles back, in canonical order.
