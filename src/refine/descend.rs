@@ -6,13 +6,12 @@ use super::force::gradient;
 use super::ring::Ring;
 use super::sums::{RowSums, Sums};
 use super::surface::{Cost, NONE, Surface, next, previous};
-use crate::geom::{Point, SUBPIXEL, Size};
+use crate::geom::{Point, SUBPIXEL};
 use crate::mesh::Place;
 
 /// What a pass over the mesh works with.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Field<'a> {
-    pub(super) size: Size,
     pub(super) rows: &'a RowSums,
     /// Squared 8-bit steps for a unit of flatness.
     pub(super) weight: f64,
@@ -79,7 +78,7 @@ pub(super) fn descend(
 fn visit(surface: &Surface, v: u32, reach: i32, field: Field, ring: &mut Ring, out: &mut Visits) {
     ring.surround(surface, v);
     let from = surface.at[v as usize];
-    let (gx, gy) = gradient(field.rows, field.size, from, ring);
+    let (gx, gy) = gradient(field.rows, from, ring);
     let (gx, gy) = match surface.freedom(v) {
         Place::Corner => (0.0, 0.0),
         Place::SideBorder => (0.0, gy),
@@ -120,8 +119,7 @@ impl Line<'_, '_> {
 
     fn gain(&mut self, to: Point) -> f64 {
         let Field { rows, weight, .. } = self.field;
-        let most = self.before.total(weight);
-        let after = self.ring.try_at(rows, to, weight, most);
+        let after = self.ring.try_at(rows, to);
         after.map_or(f64::NEG_INFINITY, |after| self.before.gain(after, weight))
     }
 

@@ -70,21 +70,19 @@ impl Refiner {
     pub fn refine(&mut self, mesh: &mut Mesh, frame: &Frame, options: &RefineOptions) -> Refined {
         let tm=std::time::Instant::now(); let lap=|w:&str| if std::env::var_os("LAP").is_some() {eprintln!("{w} {:.2}", tm.elapsed().as_secs_f64()*1e3)};
         self.rows.load(frame); lap("load");
-        self.rows.load(frame); lap("load again");
         self.surface.link(mesh);
         lap("link"); self.surface.measure(&self.rows); lap("measure");
         self.reach.clear();
         self.reach.resize(mesh.vertices.len(), FIRST_REACH);
-        let before = self.surface.error();
+        let before = self.surface.error(&self.rows);
         let mean = before / self.surface.triangles() as f64;
         let field = Field {
-            size: frame.size(),
             rows: &self.rows,
             weight: options.regularity * mean,
             least_gain: mean * options.least_gain,
         };
         let mut refined = Refined { error_before: before, ..Refined::default() };
-        self.worth.reset(mesh.vertices.len());
+        self.worth.reset(mesh.vertices.len(), mesh.triangles.len());
         let mut start = self.surface.clock;
         for _ in 0..options.steps {
             let most = (options.replace * mesh.vertices.len() as f64).ceil() as usize;
@@ -118,7 +116,7 @@ impl Refiner {
                 break;
             }
         }
-        refined.error_after = self.surface.error();
+        refined.error_after = self.surface.error(&self.rows);
         lap("end");self.surface.store(mesh);lap("store");
         refined
     }

@@ -21,6 +21,10 @@ pub(super) struct Worth {
     loss: Vec<Cost>,
     /// When that was found, in ticks of the surface's clock.
     asked: Vec<u32>,
+    /// The squared error of each triangle.
+    error: Vec<f64>,
+    /// When the errors were found.
+    errors_asked: u32,
 }
 
 /// A place for a vertex and what it gains there.
@@ -42,15 +46,28 @@ enum Site {
 
 impl Worth {
     /// Forgets everything.
-    pub(super) fn reset(&mut self, vertices: usize) {
+    pub(super) fn reset(&mut self, vertices: usize, triangles: usize) {
         self.loss.clear();
         self.loss.resize(vertices, Cost::INFINITE);
         self.asked.clear();
         self.asked.resize(vertices, 0);
+        self.error.clear();
+        self.error.resize(triangles, 0.0);
+        self.errors_asked = 0;
     }
 
-    /// Brings `loss` up to date.
+    /// Brings everything up to date.
     fn update(&mut self, surface: &Surface, field: Field) {
+        let since = self.errors_asked;
+        self.errors_asked = surface.clock;
+        self.error.par_chunks_mut(PACK).enumerate().for_each(|(pack, errors)| {
+            for (t, error) in ((pack * PACK) as u32..).zip(errors) {
+                if surface.stamp[t as usize] >= since {
+                    let squares = field.rows.squares_of(surface.corners(t));
+                    *error = squares + surface.cost[t as usize].error;
+                }
+            }
+        });
         let packs = self.loss.par_chunks_mut(PACK).zip(self.asked.par_chunks_mut(PACK));
         packs.enumerate().for_each(|(pack, (losses, asked))| {
             let (mut ring, mut closing) = (Ring::default(), Closing::default());
@@ -88,7 +105,7 @@ pub(super) fn replace(surface: &mut Surface, worth: &mut Worth, most: usize, fie
     leaving.sort_unstable_by(|&a, &b| total(a).total_cmp(&total(b)).then(a.cmp(&b)));
     leaving.truncate(most * 2);
     let Some(&cheapest) = leaving.first() else { return Vec::new() };
-    let openings = openings(surface, most * 2, total(cheapest), field);
+    let openings = openings(surface, &worth.error, most * 2, total(cheapest), field);
     let mut taken = vec![false; surface.triangles()];
     let mut replaced = Vec::new();
     let (mut ring, mut closing) = (Ring::default(), Closing::default());
@@ -121,7 +138,7 @@ pub(super) fn replace(surface: &mut Surface, worth: &mut Worth, most: usize, fie
         for &h in around.links.iter().chain(&ring.links) {
             taken[h as usize / 3] = true;
         }
-        let placed = ring.try_at(field.rows, opening.place, weight, f64::INFINITY);
+        let placed = ring.try_at(field.rows, opening.place);
         debug_assert!(placed.is_some());
         let spare = take_out(surface, field.rows, &around, &closing);
         put_in(surface, field.rows, &ring, v, opening.place, spare);
@@ -132,8 +149,14 @@ pub(super) fn replace(surface: &mut Surface, worth: &mut Worth, most: usize, fie
 
 /// The best openings in the `most` triangles of the largest error, the best first. A triangle whose
 /// error is below `price` cannot pay for a vertex.
-fn openings(surface: &Surface, most: usize, price: f64, field: Field) -> Vec<Opening> {
-    let error = |t: u32| surface.cost[t as usize].error;
+fn openings(
+    surface: &Surface,
+    errors: &[f64],
+    most: usize,
+    price: f64,
+    field: Field,
+) -> Vec<Opening> {
+    let error = |t: u32| errors[t as usize];
     let mut worst: Vec<u32> =
         (0..surface.triangles() as u32).filter(|&t| error(t) > price).collect();
     let order = |a: &u32, b: &u32| error(*b).total_cmp(&error(*a)).then(a.cmp(b));
@@ -179,10 +202,10 @@ const SETTLING: usize = 4;
 fn settle(site: Site, start: Point, before: Cost, field: Field, ring: &mut Ring) -> Option<Opening> {
     let weight = field.weight;
     let mut place = start;
-    let mut cost = ring.try_at(field.rows, place, weight, f64::INFINITY)?;
+    let mut cost = ring.try_at(field.rows, place)?;
     let mut reach = 2.0 * f64::from(crate::geom::SUBPIXEL);
     for _ in 0..SETTLING {
-        let (gx, gy) = gradient(field.rows, field.size, place, ring);
+        let (gx, gy) = gradient(field.rows, place, ring);
         let length = gx.hypot(gy);
         if length == 0.0 {
             break;
@@ -191,7 +214,7 @@ fn settle(site: Site, start: Point, before: Cost, field: Field, ring: &mut Ring)
         for _ in 0..2 {
             let step = |g: f64| (-g / length * reach).round() as i32;
             let to = Point::new(place.x + step(gx), place.y + step(gy));
-            match ring.try_at(field.rows, to, weight, f64::INFINITY) {
+            match ring.try_at(field.rows, to) {
                 Some(after) if after.total(weight) < cost.total(weight) => {
                     (place, cost, improved) = (to, after, true);
                     reach *= 1.5;
@@ -201,7 +224,7 @@ fn settle(site: Site, start: Point, before: Cost, field: Field, ring: &mut Ring)
             }
         }
         if !improved {
-            ring.try_at(field.rows, place, weight, f64::INFINITY)?;
+            ring.try_at(field.rows, place)?;
         }
     }
     Some(Opening { gain: before + cost.scaled(-1.0), site, place })

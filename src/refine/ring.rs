@@ -106,8 +106,8 @@ impl Ring {
     }
 
     /// Sums the spokes for a centre at `p` and returns the cost of the fan; `None` when one of its
-    /// triangles would turn over or have no area, or cost more in shape alone than `most` allows.
-    pub(super) fn try_at(&mut self, rows: &RowSums, p: Point, weight: f64, most: f64) -> Option<Cost> {
+    /// triangles would turn over or have no area.
+    pub(super) fn try_at(&mut self, rows: &RowSums, p: Point) -> Option<Cost> {
         let mut shape = 0.0;
         for i in 0..self.len() {
             let (a, b) = (self.ends[i], self.ends[self.after(i)]);
@@ -116,12 +116,9 @@ impl Ring {
             }
             shape += flatness(p, a, b);
         }
-        if weight * shape > most {
-            return None;
-        }
         self.spokes.clear();
         self.spokes.extend(self.ends.iter().map(|&end| rows.edge(p, end)));
-        let error = (0..self.len()).map(|i| self.total(rows, i, p).error()).sum();
-        Some(Cost { error, shape })
+        let explained: f64 = (0..self.len()).map(|i| self.total(rows, i, p).explained()).sum();
+        Some(Cost { error: -explained, shape })
     }
 }

@@ -23,7 +23,8 @@ pub(super) const fn previous(h: u32) -> u32 {
 /// What a triangle costs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Cost {
-    /// Squared error of its mean colour over its pixels.
+    /// Squared error of its mean colour over its pixels, less their squares, which no change to the
+    /// mesh changes: differences are what counts. Squared 8-bit steps.
     pub(super) error: f64,
     /// Its [`flatness`].
     pub(super) shape: f64,
@@ -33,7 +34,7 @@ impl Cost {
     pub(super) const INFINITE: Self = Self { error: f64::INFINITY, shape: f64::INFINITY };
 
     pub(super) fn of(rows: &RowSums, sums: &Sums, a: Point, b: Point, c: Point) -> Self {
-        Self { error: rows.total(sums, a, b, c).error(), shape: flatness(a, b, c) }
+        Self { error: -rows.total(sums, a, b, c).explained(), shape: flatness(a, b, c) }
     }
 
     /// Error and shape in one number, `weight` squared 8-bit steps for each unit of flatness.
@@ -219,8 +220,13 @@ impl Surface {
     }
 
     /// The squared error of the whole mesh.
-    pub(super) fn error(&self) -> f64 {
-        self.cost.iter().map(|cost| cost.error).sum()
+    pub(super) fn error(&self, rows: &RowSums) -> f64 {
+        rows.squares() + self.cost.iter().map(|cost| cost.error).sum::<f64>()
+    }
+
+    /// The three corners of triangle `t`.
+    pub(super) fn corners(&self, t: u32) -> [Point; 3] {
+        [3 * t, 3 * t + 1, 3 * t + 2].map(|h| self.place(h))
     }
 
     /// The vertex that half-edge `h` starts from.
