@@ -133,6 +133,10 @@ pub(super) fn replace(
         if replaced.len() == most {
             break;
         }
+        // Where a triangle was touched in this pass, half-edges may have other neighbours by now.
+        if taken[opening.site.triangle() as usize] {
+            continue;
+        }
         opening.site.enclose(surface, &mut ring);
         if ring
             .links
@@ -258,6 +262,13 @@ fn settle(
 }
 
 impl Site {
+    fn triangle(self) -> u32 {
+        match self {
+            Site::Triangle(t) => t,
+            Site::Pair(h) => h / 3,
+        }
+    }
+
     fn enclose(self, surface: &Surface, ring: &mut Ring) {
         match self {
             Site::Triangle(t) => ring.enclose(surface, t),
