@@ -3,9 +3,7 @@
 use std::fs;
 
 use image::ImageEncoder;
-use polyreel::frame::Loops;
-use polyreel::frame::Rational;
-use polyreel::frame::Span;
+use polyreel::frame::{Loops, Rational, Span};
 use polyreel::geom::Size;
 use polyreel::source::SourceOptions;
 

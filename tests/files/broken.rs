@@ -3,8 +3,7 @@
 use std::fs;
 use std::io::Cursor;
 
-use image::ImageFormat;
-use image::RgbaImage;
+use image::{ImageFormat, RgbaImage};
 use polyreel::geom::Size;
 use polyreel::source::SourceOptions;
 

@@ -56,6 +56,8 @@ fn gif_frames_are_composed_as_the_image_crate_does() {
         let decoder = image::codecs::gif::GifDecoder::new(Cursor::new(&bytes)).expect("a GIF");
         let (info, frames) = read_all(&file);
         assert_eq!((info.frames, frames.len()), (Some(8), 8));
+        let alpha = frames.iter().any(|f| !f.frame.is_opaque());
+        assert!(info.alpha || !alpha, "seed {seed} has alpha and does not say so");
         for (i, (theirs, ours)) in decoder.into_frames().zip(&frames).enumerate() {
             let theirs = theirs.expect("a frame");
             let delay = theirs.delay().numer_denom_ms();

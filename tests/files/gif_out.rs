@@ -4,10 +4,7 @@ use std::fs;
 use std::io::Cursor;
 
 use image::AnimationDecoder;
-use polyreel::frame::Frame;
-use polyreel::frame::Loops;
-use polyreel::frame::Rational;
-use polyreel::frame::Rgba;
+use polyreel::frame::{Frame, Loops, Rational, Rgba};
 use polyreel::geom::Size;
 use polyreel::sink::SinkOptions;
 
@@ -42,6 +39,7 @@ fn gifs_come_back_pixel_by_pixel_whatever_vanishes_or_appears() {
         write(&file, &frames, &delays, &SinkOptions::default()).expect("written");
         let (info, back) = read_all(&file);
         assert_eq!((info.frames, info.loops), (Some(9), Loops::Forever));
+        assert_eq!(info.alpha, frames.iter().any(|f| !f.is_opaque()), "seed {seed}");
         let theirs = composed(&file);
         for (i, frame) in frames.iter().enumerate() {
             let expected = thresholded(frame);

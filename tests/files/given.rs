@@ -4,22 +4,11 @@ use std::fs;
 use std::path::Path;
 
 use polyreel::chance::{Purpose, rank};
-use polyreel::error::Error;
-use polyreel::error::Result;
-use polyreel::frame::Fill;
-use polyreel::frame::Frame;
-use polyreel::frame::Loops;
-use polyreel::frame::Rational;
-use polyreel::frame::Rgba;
-use polyreel::frame::Span;
-use polyreel::frame::StreamInfo;
+use polyreel::error::{Error, Result};
+use polyreel::frame::{Fill, Frame, Loops, Rational, Rgba, Span, StreamInfo};
 use polyreel::geom::Size;
-use polyreel::sink;
-use polyreel::sink::Picture;
-use polyreel::sink::SinkOptions;
-use polyreel::source;
-use polyreel::source::Decoded;
-use polyreel::source::SourceOptions;
+use polyreel::sink::{self, Picture, SinkOptions};
+use polyreel::source::{self, Decoded, SourceOptions};
 use tempfile::TempDir;
 
 pub(crate) fn folder() -> TempDir {

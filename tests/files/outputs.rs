@@ -4,8 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use polyreel::geom::Size;
-use polyreel::sink;
-use polyreel::sink::SinkOptions;
+use polyreel::sink::{self, SinkOptions};
 
 use crate::given::*;
 

@@ -2,8 +2,7 @@
 
 use std::fs;
 
-use polyreel::frame::Frame;
-use polyreel::frame::Rational;
+use polyreel::frame::{Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::sink::SinkOptions;
 use polyreel::source::SourceOptions;

@@ -3,10 +3,7 @@
 use std::fs;
 use std::io::Cursor;
 
-use image::DynamicImage;
-use image::ImageEncoder;
-use image::ImageFormat;
-use image::RgbaImage;
+use image::{DynamicImage, ImageEncoder, ImageFormat, RgbaImage};
 use polyreel::frame::Frame;
 use polyreel::geom::Size;
 use polyreel::sink::SinkOptions;
