@@ -1,6 +1,12 @@
 //! Level one: which pixels of a frame matter.
 
+pub mod canny;
+pub mod diffusion;
+pub mod edges;
+pub mod entropy;
 pub mod mask;
+pub mod plane;
+pub mod saliency;
 
 use crate::frame::Frame;
 use crate::options::Options;
