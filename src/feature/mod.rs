@@ -4,9 +4,11 @@ pub mod canny;
 pub mod diffusion;
 pub mod edges;
 pub mod entropy;
+mod lab;
 pub mod mask;
 pub mod plane;
 pub mod saliency;
+pub mod slic;
 
 use crate::frame::Frame;
 use crate::options::Options;
