@@ -113,7 +113,7 @@ fn edge_strengths_are_those_of_scikit_image() {
 
 #[test]
 fn canny_edges_are_those_of_scikit_image() {
-    let canny = Canny { sigma: 1.4142, thresholds: Some((20.0, 60.0)) };
+    let canny = Canny { thresholds: Some((20.0, 60.0)), ..Canny::default() };
     for (name, ..) in PICTURES {
         let edges = canny.edges(&picture(name, 0)).expect("fields in range");
         let right = reference(&format!("canny-{name}"));
@@ -131,13 +131,13 @@ fn similarity_and_squared_error_are_those_of_scikit_image() {
     // structural_similarity(a, b, data_range=255), the same with gaussian_weights=True, sigma=1.5,
     // use_sample_covariance=False, and mean_squared_error(a, b); scikit-image 0.26.0.
     for (name, uniform, gaussian, squared) in [
-        ("ramps", 0.811992470780, 0.774643580689, 1748.000000000000),
-        ("blocks", 0.790160256850, 0.785115805610, 920.589117544472),
-        ("noise", -0.420160078210, -0.424384806370, 15546.465909090910),
-        ("disk", 0.833496907817, 0.802010023309, 220.048133937914),
+        ("ramps", 0.811992471, 0.774643581, 1748.0),
+        ("blocks", 0.790160257, 0.785115806, 920.589117544),
+        ("noise", -0.420160078, -0.424384806, 15546.465909091),
+        ("disk", 0.833496908, 0.802010023, 220.048133938),
     ] {
         let (a, b) = (frame(name, 0), frame(name, 1));
-        let close = |found: f64, right: f64| (found - right).abs() < 1e-9;
+        let close = |found: f64, right: f64| (found - right).abs() < 1e-8;
         let found = ssim(&a, &b).expect("one size");
         assert!(close(found, uniform), "{name}: SSIM {found}, not {uniform}");
         let found = ssim_gaussian(&a, &b).expect("one size");

@@ -21,7 +21,7 @@ const BINS: usize = 64;
 /// How to look for edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Canny {
-    /// Standard deviation of the Gaussian in pixels, 0.1 to 16. Default 1.4142 (MATLAB's).
+    /// Standard deviation of the Gaussian in pixels, 0.1 to 16. Default the root of 2 (MATLAB's).
     pub sigma: f32,
     /// Low and high threshold of the gradient's length in steps of luma, with Sobel's weights
     /// (1, 2, 1) not divided by their sum; `None` chooses them for the picture, so that 70 % of its

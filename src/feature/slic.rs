@@ -113,7 +113,8 @@ impl<'a> Search<'a> {
         let width = size.width as usize;
         for (i, label) in labels.values_mut().iter_mut().enumerate() {
             let (x, y) = ((i % width) as u64, (i / width) as u64);
-            let cell = |at: u64, cells: u32, side: u32| (at * u64::from(cells) / u64::from(side)) as u32;
+            let cell =
+                |at: u64, cells: u32, side: u32| (at * u64::from(cells) / u64::from(side)) as u32;
             *label = cell(y, rows, size.height) * columns + cell(x, columns, size.width);
         }
         let middle = |i: u32, cells: u32, side: u32| {
@@ -144,7 +145,8 @@ impl<'a> Search<'a> {
 
     /// The pixel of lowest gradient among `(x, y)` and its eight neighbours, ties to the first.
     fn calm(&self, x: u32, y: u32) -> Centre {
-        let distance = |a: [f32; 3], b: [f32; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>();
+        let distance =
+            |a: [f32; 3], b: [f32; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>();
         let Size { width, height } = self.size;
         let gradient = |x: u32, y: u32| {
             let (left, right) = (x.saturating_sub(1), (x + 1).min(width - 1));
@@ -225,7 +227,8 @@ impl<'a> Search<'a> {
             });
         for (centre, sum) in self.centres.iter_mut().zip(&sums) {
             if sum[5] > 0 {
-                let [l, a, b, x, y] = [0, 1, 2, 3, 4].map(|i| (sum[i] as f64 / sum[5] as f64) as f32);
+                let [l, a, b, x, y] =
+                    [0, 1, 2, 3, 4].map(|i| (sum[i] as f64 / sum[5] as f64) as f32);
                 *centre = Centre { lab: [l, a, b], x, y };
             }
         }
@@ -350,8 +353,10 @@ mod tests {
                 quarters_of.entry(labels.at(x, y)).or_default()[quarter] += 1;
             }
         }
-        let astray: usize =
-            quarters_of.values().map(|n| n.iter().sum::<usize>() - n.iter().max().unwrap()).sum();
+        let astray: usize = quarters_of
+            .values()
+            .map(|n| n.iter().sum::<usize>() - n.iter().max().unwrap_or(&0))
+            .sum();
         assert!(astray < 20, "{astray} pixels lie beyond an edge (under-segmentation error)");
     }
 

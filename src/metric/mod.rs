@@ -1,8 +1,10 @@
 //! How far a rendering is from its source: structural similarity, squared error, flicker.
 
 pub mod flicker;
+pub mod flow;
 pub mod mse;
 pub mod ssim;
+pub mod warp;
 
 use crate::error::{Error, Result};
 use crate::geom::Size;

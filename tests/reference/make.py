@@ -47,14 +47,14 @@ def main():
         store(f"saliency-{name}", detector.computeSaliency(luma)[1], 5)
         store(f"sobel-{name}", sobel(luma.astype(np.float64)), 6)
         store(f"laplacian-{name}", np.abs(laplace(luma.astype(np.float64))), 8)
-        edges = canny(luma, sigma=1.4142, low_threshold=20, high_threshold=60, mode="nearest")
+        edges = canny(luma, sigma=2**0.5, low_threshold=20, high_threshold=60, mode="nearest")
         store(f"canny-{name}", edges.astype(np.uint8), 1)
         other = picture(name, 1)
         wang = dict(gaussian_weights=True, sigma=1.5, use_sample_covariance=False)
         print(
-            f'("{name}", {structural_similarity(luma, other, data_range=255):.12f},',
-            f"{structural_similarity(luma, other, data_range=255, **wang):.12f},",
-            f"{mean_squared_error(luma, other):.12f}),",
+            f'("{name}", {structural_similarity(luma, other, data_range=255):.9f},',
+            f"{structural_similarity(luma, other, data_range=255, **wang):.9f},",
+            f"{mean_squared_error(luma, other):.9f}),",
         )
     harsh = dict(niter=25, kappa=15, gamma=0.25, option=1)
     store("diffusion-harsh", anisotropic_diffusion(picture("disk"), **harsh), 7)
