@@ -17,7 +17,8 @@ const BAND: usize = 16;
 /// How to cut a frame into superpixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slic {
-    /// Superpixels to aim at, at least 1; a frame is never cut finer than into 2x2 pixels.
+    /// Superpixels to aim at, at least 1; a frame is never cut finer than into
+    /// squares of 4 pixels a side.
     pub count: u32,
     /// Weight of nearness against likeness of colour, above 0 to 100; large makes squares. Default 10
     /// (Achanta et al., section 3.2).
@@ -106,7 +107,7 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     /// Centres on a regular grid, each moved to the place of lowest gradient among its neighbours.
     fn new(size: Size, lab: &'a Lab, slic: &Slic) -> Self {
-        let step = (size.pixels() as f32 / slic.count as f32).sqrt().max(2.0);
+        let step = (size.pixels() as f32 / slic.count as f32).sqrt().max(4.0);
         let cells = |side: u32| ((side as f32 / step).round() as u32).max(1);
         let (columns, rows) = (cells(size.width), cells(size.height));
         let mut labels = Plane::filled(size, 0);
