@@ -11,9 +11,9 @@ use polyreel::feature::entropy::entropy;
 use polyreel::feature::plane::Plane;
 use polyreel::feature::saliency::saliency;
 use polyreel::feature::slic::{Slic, corners};
+use polyreel::flow::flow;
 use polyreel::frame::Frame;
 use polyreel::geom::Size;
-use polyreel::metric::flow::flow;
 use polyreel::metric::mse::mse;
 use polyreel::metric::ssim::{ssim, ssim_gaussian};
 

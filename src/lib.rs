@@ -4,6 +4,7 @@ pub mod chance;
 pub mod draw;
 pub mod error;
 pub mod feature;
+pub mod flow;
 pub mod frame;
 pub mod geom;
 pub mod hex;

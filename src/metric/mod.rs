@@ -1,7 +1,6 @@
 //! How far a rendering is from its source: structural similarity, squared error, flicker.
 
 pub mod flicker;
-pub mod flow;
 pub mod mse;
 pub mod ssim;
 pub mod warp;

@@ -3,10 +3,10 @@
 
 use rayon::prelude::*;
 
-use super::flow::{Flow, between, flow};
 use super::same_size;
 use crate::error::Result;
 use crate::feature::plane::Plane;
+use crate::flow::{Flow, between, flow};
 use crate::frame::Frame;
 use crate::geom::Size;
 

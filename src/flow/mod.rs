@@ -3,15 +3,15 @@
 //! over neighbouring vectors stands in for it (Sun, Roth and Black, "Secrets of Optical Flow
 //! Estimation and Their Principles", CVPR 2010).
 
+pub mod motion;
+mod patch;
+
 use rayon::prelude::*;
 
-use super::same_size;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::feature::plane::Plane;
 use crate::geom::Size;
-
-/// Side of a patch in pixels (Kroeger et al., section 3).
-const PATCH: usize = 8;
+use patch::{PATCH, Patch, cell, sample};
 
 /// Distance of neighbouring patches in pixels (`OpenCV`'s `DISOpticalFlow`, preset medium).
 const STRIDE: usize = 3;
@@ -31,7 +31,13 @@ pub type Flow = Plane<[f32; 2]>;
 /// # Errors
 /// When the pictures differ in size.
 pub fn flow(from: &Plane<u8>, to: &Plane<u8>) -> Result<Flow> {
-    same_size(from.size(), to.size())?;
+    if from.size() != to.size() {
+        return Err(Error::usage(format!(
+            "flow is between pictures of one size; these have {} and {}",
+            from.size(),
+            to.size()
+        )));
+    }
     if from.size().pixels() == 0 {
         return Ok(Plane::filled(from.size(), [0.0; 2]));
     }
@@ -47,7 +53,7 @@ pub fn flow(from: &Plane<u8>, to: &Plane<u8>) -> Result<Flow> {
 }
 
 /// The picture, and its halves for as long as they are not too small.
-fn pyramid(luma: &Plane<u8>) -> Vec<Plane<f32>> {
+pub(crate) fn pyramid(luma: &Plane<u8>) -> Vec<Plane<f32>> {
     let mut levels = vec![luma.map(f32::from)];
     while let Some(last) = levels.last()
         && last.size().width.min(last.size().height) >= 2 * LEAST_SIDE
@@ -83,7 +89,7 @@ fn enlarge(flow: &Flow, size: Size) -> Flow {
 }
 
 /// The value of `plane` between pixels, bilinear; beyond the border that of the border.
-pub(super) fn between<const N: usize>(plane: &Plane<[f32; N]>, x: f32, y: f32) -> [f32; N] {
+pub(crate) fn between<const N: usize>(plane: &Plane<[f32; N]>, x: f32, y: f32) -> [f32; N] {
     let (corners, fx, fy) = cell(plane.size(), x, y);
     let [a, b, c, d] = corners.map(|i| plane.values()[i]);
     std::array::from_fn(|n| {
@@ -92,27 +98,10 @@ pub(super) fn between<const N: usize>(plane: &Plane<[f32; N]>, x: f32, y: f32) -
     })
 }
 
-/// The four pixels about a place, and how far it is from the first to the second and the third.
-fn cell(size: Size, x: f32, y: f32) -> ([usize; 4], f32, f32) {
-    let (right, bottom) = (size.width as usize - 1, size.height as usize - 1);
-    let (x, y) = (x.clamp(0.0, right as f32), y.clamp(0.0, bottom as f32));
-    let (i, j) = (x as usize, y as usize);
-    let (i1, j1) = ((i + 1).min(right), (j + 1).min(bottom));
-    let row = size.width as usize;
-    ([j * row + i, j * row + i1, j1 * row + i, j1 * row + i1], x - i as f32, y - j as f32)
-}
-
-fn sample(plane: &Plane<f32>, x: f32, y: f32) -> f32 {
-    let (corners, fx, fy) = cell(plane.size(), x, y);
-    let [a, b, c, d] = corners.map(|i| plane.values()[i]);
-    let (top, bottom) = (a + (b - a) * fx, c + (d - c) * fx);
-    top + (bottom - top) * fy
-}
-
-/// The first pixels of the patches along a side: every [`STRIDE`], and the last that fits.
-fn starts(side: u32) -> Vec<usize> {
+/// The first pixels of the patches along a side: every `stride`, and the last that fits.
+pub(crate) fn starts(side: u32, stride: usize) -> Vec<usize> {
     let last = (side as usize).saturating_sub(PATCH);
-    let mut starts: Vec<usize> = (0..last).step_by(STRIDE).collect();
+    let mut starts: Vec<usize> = (0..last).step_by(stride).collect();
     starts.push(last);
     starts
 }
@@ -120,11 +109,12 @@ fn starts(side: u32) -> Vec<usize> {
 /// One level: patches search from where the level before has them, then pixels mix the vectors of the
 /// patches that hold them.
 fn refine(a: &Plane<f32>, b: &Plane<f32>, before: &Flow) -> Flow {
-    let (columns, rows) = (starts(a.size().width), starts(a.size().height));
+    let (columns, rows) = (starts(a.size().width, STRIDE), starts(a.size().height, STRIDE));
     let count = columns.len() * rows.len();
     let search = |i: usize| {
         let place = (columns[i % columns.len()], rows[i / columns.len()]);
-        Patch::new(a, place).search(b, before)
+        let patch = Patch::new(a, place);
+        patch.search(b, &tries(&patch, before), DESCENTS).vector
     };
     let found: Vec<[f32; 2]> = (0..count).into_par_iter().map(search).collect();
     let mut mixed = Plane::filled(a.size(), [0.0; 2]);
@@ -155,6 +145,19 @@ fn refine(a: &Plane<f32>, b: &Plane<f32>, before: &Flow) -> Flow {
     median(&mixed)
 }
 
+/// Vectors that a patch may begin with: those that the level before has at its centre and a patch away
+/// on four sides, where neighbours may know better; and rest.
+fn tries(patch: &Patch, before: &Flow) -> [[f32; 2]; 6] {
+    let Size { width, height } = before.size();
+    let (x, y) = patch.centre();
+    let near = |dx: usize, dy: usize| {
+        let (x, y) =
+            ((x + dx * PATCH).saturating_sub(PATCH), (y + dy * PATCH).saturating_sub(PATCH));
+        before.at((x as u32).min(width - 1), (y as u32).min(height - 1))
+    };
+    [near(1, 1), near(0, 1), near(2, 1), near(1, 0), near(1, 2), [0.0; 2]]
+}
+
 /// Each component's median over 3x3 pixels.
 fn median(flow: &Flow) -> Flow {
     let Size { width, height } = flow.size();
@@ -171,110 +174,6 @@ fn median(flow: &Flow) -> Flow {
         }
     });
     out
-}
-
-/// A patch of the first picture, its slopes, and what follows from them alone.
-struct Patch {
-    x: usize,
-    y: usize,
-    width: usize,
-    height: usize,
-    /// Value less the patch's mean, and slopes to the right and downwards, for each pixel.
-    pixels: Vec<[f32; 3]>,
-    /// Inverse of the sums of products of slopes: xx, xy, yy. `None` without texture.
-    inverse: Option<[f32; 3]>,
-}
-
-impl Patch {
-    fn new(a: &Plane<f32>, (x, y): (usize, usize)) -> Self {
-        let Size { width, height } = a.size();
-        let (right, bottom) = (width as usize - 1, height as usize - 1);
-        let (width, height) = (PATCH.min(right + 1), PATCH.min(bottom + 1));
-        let at = |x: usize, y: usize| a.row(y as u32)[x];
-        let mut pixels = Vec::with_capacity(width * height);
-        for v in y..y + height {
-            for u in x..x + width {
-                let dx = at((u + 1).min(right), v) - at(u.saturating_sub(1), v);
-                let dy = at(u, (v + 1).min(bottom)) - at(u, v.saturating_sub(1));
-                pixels.push([at(u, v), dx / 2.0, dy / 2.0]);
-            }
-        }
-        let mean = pixels.iter().map(|p| p[0]).sum::<f32>() / pixels.len() as f32;
-        pixels.iter_mut().for_each(|p| p[0] -= mean);
-        let product = |i: usize, j: usize| pixels.iter().map(|p| p[i] * p[j]).sum::<f32>();
-        let (xx, xy, yy) = (product(1, 1), product(1, 2), product(2, 2));
-        // Slopes in one direction only leave the other one open: the search must stay as it began.
-        let det = xx * yy - xy * xy;
-        let inverse =
-            (det > 1e-3 * (xx + yy).powi(2) && det > 1.0).then(|| [yy / det, -xy / det, xx / det]);
-        Self { x, y, width, height, pixels, inverse }
-    }
-
-    /// What each pixel misses in `b` when the patch moves by `flow`, the mean taken off.
-    fn misses(&self, b: &Plane<f32>, [u, v]: [f32; 2], misses: &mut Vec<f32>) -> f32 {
-        misses.clear();
-        for j in 0..self.height {
-            for i in 0..self.width {
-                misses.push(sample(b, (self.x + i) as f32 + u, (self.y + j) as f32 + v));
-            }
-        }
-        let mean = misses.iter().sum::<f32>() / misses.len() as f32;
-        let mut squares = 0.0;
-        for (miss, pixel) in misses.iter_mut().zip(&self.pixels) {
-            *miss -= mean + pixel[0];
-            squares += *miss * *miss;
-        }
-        squares
-    }
-
-    /// The vector that moves the patch to where `b` looks like it: the best of those that the level
-    /// before has about here, improved by descent.
-    fn search(&self, b: &Plane<f32>, before: &Flow) -> [f32; 2] {
-        let mut misses = Vec::with_capacity(PATCH * PATCH);
-        let Size { width, height } = before.size();
-        let near = |dx: usize, dy: usize| {
-            // The centre and the four places a patch away, where neighbours may know better.
-            let x = (self.x + self.width / 2 + dx * PATCH).saturating_sub(PATCH);
-            let y = (self.y + self.height / 2 + dy * PATCH).saturating_sub(PATCH);
-            before.at((x as u32).min(width - 1), (y as u32).min(height - 1))
-        };
-        let tries = [near(1, 1), near(0, 1), near(2, 1), near(1, 0), near(1, 2), [0.0; 2]];
-        let mut start = (f32::INFINITY, [0.0; 2]);
-        for vector in tries {
-            let squares = self.misses(b, vector, &mut misses);
-            if squares < start.0 {
-                start = (squares, vector);
-            }
-        }
-        let Some([xx, xy, yy]) = self.inverse else {
-            return start.1;
-        };
-        let mut best = start;
-        let mut vector = start.1;
-        self.misses(b, vector, &mut misses);
-        for _ in 0..DESCENTS {
-            let (mut gx, mut gy) = (0.0, 0.0);
-            for (miss, pixel) in misses.iter().zip(&self.pixels) {
-                gx += miss * pixel[1];
-                gy += miss * pixel[2];
-            }
-            let step = [xx * gx + xy * gy, xy * gx + yy * gy];
-            vector = [vector[0] - step[0], vector[1] - step[1]];
-            let away = [vector[0] - start.1[0], vector[1] - start.1[1]];
-            // Kroeger et al.: a patch that runs further than its own size has lost its way.
-            if away[0].hypot(away[1]) > PATCH as f32 {
-                break;
-            }
-            let squares = self.misses(b, vector, &mut misses);
-            if squares < best.0 {
-                best = (squares, vector);
-            }
-            if step[0].hypot(step[1]) < 0.01 || squares > 1.5 * best.0 {
-                break;
-            }
-        }
-        best.1
-    }
 }
 
 #[cfg(test)]
