@@ -8,6 +8,7 @@ pub mod geom;
 pub mod hex;
 pub mod mesh;
 pub mod options;
+pub mod pipeline;
 pub mod rasterise;
 pub mod render;
 pub mod sample;
