@@ -1,6 +1,7 @@
 //! polyreel turns pictures, GIFs and video into low-poly art.
 
 pub mod chance;
+pub mod draw;
 pub mod error;
 pub mod feature;
 pub mod frame;
@@ -12,6 +13,7 @@ pub mod pipeline;
 pub mod rasterise;
 pub mod render;
 pub mod sample;
+pub mod scan;
 pub mod sink;
 pub mod source;
 pub mod stage;

@@ -180,7 +180,7 @@ impl Mesh {
     }
 
     /// Whether both ends of the edge lie on the same side of the frame.
-    fn on_one_border(&self, a: u32, b: u32) -> bool {
+    pub fn on_one_border(&self, a: u32, b: u32) -> bool {
         let (a, b) = (self.vertices[a as usize], self.vertices[b as usize]);
         let far = self.size.far();
         (a.x == b.x && (a.x == 0 || a.x == far.x)) || (a.y == b.y && (a.y == 0 || a.y == far.y))

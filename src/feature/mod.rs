@@ -1,10 +1,12 @@
 //! Level one: which pixels of a frame matter.
 
 pub mod mask;
+pub mod region;
 
 use crate::frame::Frame;
-use crate::options::Options;
+use crate::options::{Method, Options};
 use mask::Mask;
+use region::Picks;
 
 /// What level one found in a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,7 +15,7 @@ pub struct Features {
     pub candidates: Mask,
 }
 
-/// Level one for a stream of frames; keeps the colour palette from frame to frame.
+/// Level one for a stream of frames.
 #[derive(Debug)]
 pub struct Extractor {
     options: Options,
@@ -27,13 +29,15 @@ impl Extractor {
 
     /// The features of the next frame.
     pub fn extract(&mut self, frame: &Frame) -> Features {
-        let _ = &self.options;
-        let mut candidates = Mask::new(frame.size());
-        for y in (0..frame.size().height).step_by(4) {
-            for x in (0..frame.size().width).step_by(4) {
-                candidates.insert(x, y);
+        match self.options.method {
+            Method::Hrlp => {
+                let regions = region::segment(frame, self.options.clusters as usize, None);
+                Features { candidates: region::pick_points(&regions, self.picks()) }
             }
         }
-        Features { candidates }
+    }
+
+    fn picks(&self) -> Picks {
+        Picks { seed: self.options.seed, interval: self.options.interval, interior: 0.01 }
     }
 }

@@ -11,7 +11,7 @@ pub struct Picture {
     /// The low-poly picture.
     pub frame: Frame,
     /// Every colour that `frame` holds: those of the triangles, and of outlines. One colour may stand
-    /// several times; the areas add up to the frame's.
+    /// several times; areas are weights (an outline hides parts of triangles).
     pub fills: Vec<Fill>,
     /// When it is shown.
     pub span: Span,

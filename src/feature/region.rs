@@ -1,0 +1,286 @@
+//! Colour regions by k-means, their boundaries and a few points inside them (paper, HRLP level one).
+//!
+//! Colours are clustered in a coarse cube, not pixel by pixel: a picture has a few thousand occupied
+//! cells where it has millions of pixels, and a table of the cube then labels each pixel with one look.
+
+use rayon::prelude::*;
+
+use crate::chance::{Purpose, rank};
+use crate::feature::mask::Mask;
+use crate::frame::{Frame, Rgba};
+use crate::geom::Size;
+
+/// Bits of a channel that the colour cube tells apart: 32 levels a channel, 32768 cells.
+const CUBE_BITS: u32 = 5;
+const CUBE_CELLS: usize = 1 << (3 * CUBE_BITS);
+
+/// About how many pixels the palette is learnt from; larger frames are read at every n-th row.
+const LEARNING_PIXELS: usize = 1 << 18;
+
+/// Lloyd's rounds at the most: the palette moves by less than a cell after about ten of them.
+const ROUNDS: usize = 12;
+
+/// The label of pixels that are more transparent than not.
+pub const TRANSPARENT: u8 = u8::MAX;
+
+/// The colour regions of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Regions {
+    /// The frame's size.
+    pub size: Size,
+    /// For each pixel, row by row, the number of its cluster in `palette`, or [`TRANSPARENT`].
+    pub labels: Vec<u8>,
+    /// Mean colours of the clusters; red, green, blue, 0..255.
+    pub palette: Vec<[f32; 3]>,
+}
+
+/// Divides `frame` into regions of `clusters` colours (fewer where it has fewer).
+///
+/// K-means (Lloyd) on the occupied cells of a 32x32x32 colour cube, each with its mean colour and
+/// weighted by its pixels. It starts from `palette`, where one is given, else from the most common
+/// colour and, one after the other, the cell with the largest weight x squared distance to those there
+/// are (k-means++, Arthur and Vassilvitskii 2007, without its chance). Ties go to the cell that comes
+/// first in the cube.
+pub fn segment(frame: &Frame, clusters: usize, palette: Option<&[[f32; 3]]>) -> Regions {
+    let cells = occupied_cells(frame);
+    let mut palette = match palette {
+        Some(palette) if !palette.is_empty() => palette.to_vec(),
+        _ => spread_palette(&cells, clusters),
+    };
+    for _ in 0..ROUNDS {
+        if !improve(&mut palette, &cells) {
+            break;
+        }
+    }
+    let labels = label_pixels(frame, &label_cube(&palette));
+    Regions { size: frame.size(), labels, palette }
+}
+
+/// A cell of the colour cube that pixels fall in.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    mean: [f32; 3],
+    weight: f32,
+}
+
+fn cube_index([r, g, b, _]: Rgba) -> usize {
+    const DROP: u32 = 8 - CUBE_BITS;
+    (usize::from(r >> DROP) << (2 * CUBE_BITS))
+        | (usize::from(g >> DROP) << CUBE_BITS)
+        | usize::from(b >> DROP)
+}
+
+fn occupied_cells(frame: &Frame) -> Vec<Cell> {
+    let every = (frame.size().pixels() / LEARNING_PIXELS).max(1) as u32;
+    // Count and channel sums; a frame's 2^28 pixels of 255 fit 64 bits.
+    let mut sums = vec![[0u64; 4]; CUBE_CELLS];
+    for y in (0..frame.size().height).step_by(every as usize) {
+        for &pixel in frame.row(y).iter().filter(|pixel| pixel[3] >= 128) {
+            let sum = &mut sums[cube_index(pixel)];
+            sum[0] += 1;
+            sum[1] += u64::from(pixel[0]);
+            sum[2] += u64::from(pixel[1]);
+            sum[3] += u64::from(pixel[2]);
+        }
+    }
+    let occupied = sums.iter().filter(|sum| sum[0] > 0);
+    occupied
+        .map(|&[n, r, g, b]| Cell {
+            mean: [r, g, b].map(|sum| (sum as f64 / n as f64) as f32),
+            weight: n as f32,
+        })
+        .collect()
+}
+
+fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
+    let [x, y, z] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    x * x + y * y + z * z
+}
+
+fn spread_palette(cells: &[Cell], clusters: usize) -> Vec<[f32; 3]> {
+    let mut palette = Vec::with_capacity(clusters);
+    let mut gap = vec![f32::MAX; cells.len()];
+    let mut worth: Vec<f32> = cells.iter().map(|cell| cell.weight).collect();
+    while palette.len() < clusters {
+        let first_best = (0..cells.len()).reduce(|a, b| if worth[b] > worth[a] { b } else { a });
+        let Some(best) = first_best.filter(|&best| worth[best] > 0.0) else { break };
+        palette.push(cells[best].mean);
+        for (i, cell) in cells.iter().enumerate() {
+            gap[i] = gap[i].min(distance(cell.mean, cells[best].mean));
+            worth[i] = gap[i] * cell.weight;
+        }
+    }
+    palette
+}
+
+/// The nearest colour of the palette, the first of equally near ones.
+fn nearest(palette: &[[f32; 3]], colour: [f32; 3]) -> usize {
+    let mut best = (f32::MAX, 0);
+    for (i, &entry) in palette.iter().enumerate() {
+        let d = distance(entry, colour);
+        if d < best.0 {
+            best = (d, i);
+        }
+    }
+    best.1
+}
+
+/// One of Lloyd's rounds. A cluster without cells stays where it is. Whether anything moved by more
+/// than a quarter of a level.
+fn improve(palette: &mut [[f32; 3]], cells: &[Cell]) -> bool {
+    let mut sums = vec![[0f64; 4]; palette.len()];
+    for cell in cells {
+        let sum = &mut sums[nearest(palette, cell.mean)];
+        let weight = f64::from(cell.weight);
+        for (sum, mean) in sum.iter_mut().zip(cell.mean) {
+            *sum += weight * f64::from(mean);
+        }
+        sum[3] += weight;
+    }
+    let mut moved = false;
+    for (entry, sum) in palette.iter_mut().zip(sums).filter(|(_, sum)| sum[3] > 0.0) {
+        let mean = [0, 1, 2].map(|c| (sum[c] / sum[3]) as f32);
+        moved |= distance(*entry, mean) > 1.0 / 16.0;
+        *entry = mean;
+    }
+    moved
+}
+
+/// The nearest palette colour of each cell's middle.
+fn label_cube(palette: &[[f32; 3]]) -> Vec<u8> {
+    let level = |index: usize, shift: u32| {
+        let step = (256 >> CUBE_BITS) as f32;
+        ((index >> shift) & ((1 << CUBE_BITS) - 1)) as f32 * step + (step - 1.0) / 2.0
+    };
+    (0..CUBE_CELLS)
+        .into_par_iter()
+        .with_min_len(CUBE_CELLS / 16)
+        .map(|i| {
+            let colour = [level(i, 2 * CUBE_BITS), level(i, CUBE_BITS), level(i, 0)];
+            nearest(palette, colour) as u8
+        })
+        .collect()
+}
+
+fn label_pixels(frame: &Frame, cube: &[u8]) -> Vec<u8> {
+    let mut labels = vec![0; frame.size().pixels()];
+    let opaque = frame.is_opaque();
+    labels.par_chunks_mut(1 << 16).zip(frame.pixels().par_chunks(1 << 16)).for_each(
+        |(labels, pixels)| {
+            for (label, &pixel) in labels.iter_mut().zip(pixels) {
+                let seen = opaque || pixel[3] >= 128;
+                *label = if seen { cube[cube_index(pixel)] } else { TRANSPARENT };
+            }
+        },
+    );
+    labels
+}
+
+/// Which points of the regions become candidates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Picks {
+    /// Decides chance.
+    pub seed: u64,
+    /// Of the boundary pixels every `interval`-th is taken, in the mean: by chance, since counting
+    /// along a contour would take other pixels in every frame.
+    pub interval: u32,
+    /// Of the pixels inside a region this share is taken, 0..1.
+    pub interior: f64,
+}
+
+/// Boundary and interior points of `regions`: a boundary pixel is one whose right or lower neighbour
+/// has another label. Transparent regions have no interior points.
+pub fn pick_points(regions: &Regions, picks: Picks) -> Mask {
+    let mut mask = Mask::new(regions.size);
+    let width = regions.size.width as usize;
+    let boundary_below = share_of_ranks(1.0 / f64::from(picks.interval));
+    let interior_below = share_of_ranks(picks.interior);
+    let stride = mask.stride();
+    mask.words_mut().par_chunks_mut(stride).enumerate().for_each(|(y, words)| {
+        let row = &regions.labels[y * width..][..width];
+        // The last row is its own lower neighbour: no boundary.
+        let below = regions.labels.get((y + 1) * width..(y + 2) * width).unwrap_or(row);
+        for x in 0..width {
+            let label = row[x];
+            let right = row[(x + 1).min(width - 1)];
+            let boundary = label != right || label != below[x];
+            let chance = rank(picks.seed, Purpose::Interior, x as u32, y as u32);
+            let limit = if boundary { boundary_below } else { interior_below };
+            let taken = chance <= limit && (boundary || label != TRANSPARENT);
+            words[x / 64] |= u64::from(taken) << (x % 64);
+        }
+    });
+    mask
+}
+
+/// The rank at or below which this share of all ranks lies.
+fn share_of_ranks(share: f64) -> u64 {
+    // The cast saturates: a share of 1 takes every rank.
+    (share * u64::MAX as f64) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn two_halves(size: Size) -> Frame {
+        let pixel = |x| if x < size.width / 2 { [200, 30, 30, 255] } else { [20, 40, 180, 255] };
+        let pixels = (0..size.height).flat_map(|_| (0..size.width).map(pixel));
+        Frame::new(size, pixels.collect()).expect("a small frame")
+    }
+
+    #[test]
+    fn two_colours_are_two_regions_with_one_boundary() {
+        let size = Size::new(20, 6);
+        let regions = segment(&two_halves(size), 8, None);
+        assert_eq!(regions.palette, [[20.0, 40.0, 180.0], [200.0, 30.0, 30.0]]);
+        let mask = pick_points(&regions, Picks { seed: 1, interval: 1, interior: 0.0 });
+        let expected: Vec<_> = (0..6).map(|y| (9, y)).collect();
+        assert_eq!(mask.iter().collect::<Vec<_>>(), expected);
+    }
+
+    #[test]
+    fn larger_regions_have_more_interior_points() {
+        let size = Size::new(200, 200);
+        let regions = segment(&Frame::filled(size, [9, 9, 9, 255]).expect("grey"), 4, None);
+        let mask = pick_points(&regions, Picks { seed: 3, interval: 2, interior: 0.01 });
+        // Binomial: mean 400, standard deviation 20.
+        assert!((320..480).contains(&mask.len()), "{}", mask.len());
+    }
+
+    #[test]
+    fn transparent_pixels_are_a_region_without_interior() {
+        let size = Size::new(16, 16);
+        let frame = Frame::filled(size, [255, 255, 255, 0]).expect("glass");
+        let regions = segment(&frame, 4, None);
+        assert!(regions.palette.is_empty());
+        assert!(regions.labels.iter().all(|&l| l == TRANSPARENT));
+        assert!(pick_points(&regions, Picks { seed: 0, interval: 1, interior: 1.0 }).is_empty());
+    }
+
+    #[test]
+    fn a_palette_that_fits_is_kept() {
+        let frame = two_halves(Size::new(20, 6));
+        let first = segment(&frame, 2, None);
+        assert_eq!(segment(&frame, 2, Some(&first.palette)), first);
+    }
+
+    /// k-means on these four clouds of known centres: the optimum is the clouds' own means.
+    #[test]
+    fn clouds_are_told_apart() {
+        let centres = [[40u8, 40, 40], [200, 60, 60], [60, 200, 90], [220, 220, 230]];
+        let size = Size::new(64, 64);
+        let pixel = |i: usize| {
+            let noise = rank(5, Purpose::Noise, i as u32, 0).to_le_bytes();
+            let [r, g, b] = [0, 1, 2].map(|c| centres[i % 4][c] + noise[c] % 16);
+            [r, g, b, 255]
+        };
+        let frame = Frame::new(size, (0..size.pixels()).map(pixel).collect()).expect("clouds");
+        let regions = segment(&frame, 4, None);
+        for centre in centres {
+            let middle = centre.map(|c| f32::from(c) + 7.5);
+            let nearest = &regions.palette[nearest(&regions.palette, middle)];
+            assert!(distance(*nearest, middle) < 1.0, "{centre:?} {:?}", regions.palette);
+        }
+    }
+}
