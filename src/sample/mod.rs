@@ -78,7 +78,7 @@ impl Sampler {
         Quota {
             max_points: self.options.max_points,
             thresholds: self.options.thresholds,
-            default_points: 1,
+            default_points: self.options.default_points,
         }
     }
 }
