@@ -181,6 +181,10 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true)]
     #[arg(default_missing_value = "black")]
     outline: Option<Colour>,
+    #[arg(long, value_name = "N", help = told(
+        "How often a frame is smoothed before its colours are clustered, 0 to 8 (in the paper 0)",
+        Options::default().smoothing))]
+    smoothing: Option<u32>,
     #[arg(long, value_name = "K", help_heading = PAPER, help = told(
         "Colour clusters of the regions, 2 to 64", Options::default().clusters))]
     clusters: Option<u32>,
@@ -188,6 +192,10 @@ pub(crate) struct LookArgs {
         "Every how many pixels of a region's boundary one is a feature point, 1 to 64",
         Options::default().interval))]
     interval: Option<u32>,
+    #[arg(long, value_name = "SHARE", help_heading = PAPER, help = told(
+        "Share of the pixels inside regions that are feature points, 0 to 1",
+        Options::default().interior))]
+    interior: Option<f64>,
     /// Area of a grid cell as a share of the frame's, in place of --points [default: solved from
     /// --points]
     #[arg(long, value_name = "SHARE", conflicts_with = "points", help_heading = PAPER)]
@@ -195,6 +203,9 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "N", help_heading = PAPER, help = told(
         "Points that the densest cells keep, 1 to 64", Options::default().max_points))]
     max_points: Option<u32>,
+    #[arg(long, value_name = "N", help_heading = PAPER, help = told(
+        "Points that the sparsest cells keep, 0 to --max-points", Options::default().default_points))]
+    default_points: Option<u32>,
     #[arg(long, value_name = "H,M,L", help_heading = PAPER, help = told(
         "Feature points per pixel above which a cell counts as of high, medium, low density",
         thresholds()))]
@@ -218,9 +229,12 @@ impl LookArgs {
         put(&mut options.method, &self.method);
         put(&mut options.points, &self.points);
         put(&mut options.seed, &self.seed);
+        put(&mut options.smoothing, &self.smoothing);
         put(&mut options.clusters, &self.clusters);
         put(&mut options.interval, &self.interval);
+        put(&mut options.interior, &self.interior);
         put(&mut options.max_points, &self.max_points);
+        put(&mut options.default_points, &self.default_points);
         put(&mut options.thresholds, &self.thresholds);
         options.outline = self.outline.or(options.outline);
         options.hex_density = self.hex_density.or(options.hex_density);

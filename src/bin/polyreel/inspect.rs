@@ -6,7 +6,7 @@ use polyreel::draw;
 use polyreel::error::{Error, Result};
 use polyreel::feature::Extractor;
 use polyreel::feature::mask::Mask;
-use polyreel::feature::region::{self, Regions, TRANSPARENT};
+use polyreel::feature::region::{Regions, TRANSPARENT};
 use polyreel::frame::{Fill, Frame, Rational, Rgba, Span, StreamInfo};
 use polyreel::geom::{Point, Size};
 use polyreel::hex::HexGrid;
@@ -36,9 +36,10 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
     };
     let frame = decoded.frame;
 
-    let features = Extractor::new(&options).extract(&frame);
+    let mut extractor = Extractor::new(&options);
+    let regions = extractor.regions(&frame);
+    let features = extractor.extract(&frame);
     let grid = Sampler::new(&options).grid(&features);
-    let regions = region::segment(&frame, options.clusters as usize, None);
     let rendered = Renderer::new(&options)?.render(&frame)?;
     let mut mesh = faded(&frame);
     draw::edges(&mut mesh, &rendered.mesh, INK);
