@@ -9,6 +9,7 @@ pub mod geom;
 pub mod hex;
 pub mod mesh;
 pub mod options;
+pub mod pattern;
 pub mod pipeline;
 pub mod rasterise;
 pub mod render;

@@ -1,9 +1,28 @@
 //! Where frames come from. One format a file; formats are recognised by content.
 
-use std::path::PathBuf;
+mod animation;
+mod apng;
+pub(crate) mod detect;
+mod expand;
+mod gif;
+mod jpeg;
+mod resize;
+mod sequence;
+mod still;
+mod trim;
+mod webp;
 
-use crate::error::Result;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use image::ImageFormat;
+
+use crate::error::{Error, Result};
 use crate::frame::{Frame, Rational, Span, StreamInfo};
+
+use detect::{Kind, READABLE};
+use resize::Resize;
+use trim::{Part, Trim};
 
 /// A frame as it comes from a source.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,12 +67,12 @@ pub struct SourceOptions {
 /// Frames per second of a sequence of pictures that nobody gave a rate.
 pub const SEQUENCE_RATE: Rational = Rational { num: 25, den: 1 };
 
-/// Starts the decoder, on the thread that will use it.
-pub(crate) type Starter = Box<dyn FnOnce() -> Result<Box<dyn Source>> + Send>;
+type Starter = Box<dyn FnOnce() -> Result<Box<dyn Source>> + Send>;
 
 /// An input that has been recognised and whose header has been read, not yet started. It is small
 /// and can go to the thread that decodes.
 pub struct Input {
+    paths: Arc<[PathBuf]>,
     info: StreamInfo,
     start: Starter,
 }
@@ -65,6 +84,20 @@ impl std::fmt::Debug for Input {
 }
 
 impl Input {
+    /// An input that reads `paths` once `start` has built its decoder.
+    pub(crate) fn new(
+        paths: Arc<[PathBuf]>,
+        info: StreamInfo,
+        start: impl FnOnce() -> Result<Box<dyn Source>> + Send + 'static,
+    ) -> Self {
+        Self { paths, info, start: Box::new(start) }
+    }
+
+    /// The files that are read, none for standard input.
+    pub fn paths(&self) -> &[PathBuf] {
+        &self.paths
+    }
+
     /// What the headers tell, with `start`, `end`, `frames` and `max_size` taken into account.
     pub fn info(&self) -> &StreamInfo {
         &self.info
@@ -86,6 +119,60 @@ impl Input {
 /// # Errors
 /// When nothing is named, a file is missing, unreadable or not a picture, or frames differ in size.
 pub fn open(inputs: &[String], options: &SourceOptions) -> Result<Input> {
-    let _ = (inputs, options);
-    Err(crate::error::Error::usage("not yet"))
+    let part = Part::of(options)?;
+    if options.max_size == Some(0) {
+        return Err(Error::usage("a longest side of 0 pixels leaves nothing; ask for at least 1"));
+    }
+    let input = recognised(inputs, part, options)?;
+    Ok(resized(trimmed(input, part), options))
+}
+
+fn recognised(inputs: &[String], part: Option<Part>, options: &SourceOptions) -> Result<Input> {
+    if inputs == ["-"] {
+        // VIDEO: y4m on standard input goes to source/y4m.rs.
+        return Err(Error::input("-", "video on standard input cannot be read yet"));
+    }
+    let mut paths = expand::expand(inputs)?;
+    if paths.len() > 1 {
+        if let Some(part) = part {
+            let needed = part.needed(options.fps.unwrap_or(SEQUENCE_RATE));
+            paths.truncate(usize::try_from(needed).unwrap_or(usize::MAX).max(1));
+        }
+        return sequence::open_sequence(&paths, options);
+    }
+    let Some(path) = paths.pop() else { return Err(Error::usage("no input is named")) };
+    match detect::detect(&path)? {
+        Kind::Gif => gif::open(path, options),
+        Kind::Picture(ImageFormat::Png) => match apng::facts(&path)? {
+            Some(facts) => animation::open(path, animation::Format::Apng, facts, options),
+            None => sequence::open_still(path, ImageFormat::Png, options),
+        },
+        Kind::Picture(ImageFormat::WebP) => match webp::facts(&path)? {
+            Some(facts) => animation::open(path, animation::Format::WebP, facts, options),
+            None => sequence::open_still(path, ImageFormat::WebP, options),
+        },
+        Kind::Picture(format) => sequence::open_still(path, format, options),
+        // VIDEO: Y4m goes to source/y4m.rs, Other to source/ffmpeg.rs, which knows whether it is one.
+        Kind::Y4m | Kind::Other => Err(Error::input(
+            path,
+            format!("is not a picture that can be read; expected {READABLE} by content"),
+        )),
+    }
+}
+
+fn trimmed(input: Input, part: Option<Part>) -> Input {
+    let Some(part) = part else { return input };
+    let Input { paths, info, start } = input;
+    Input::new(paths, part.info(info), move || Ok(Box::new(Trim::new(start()?, part))))
+}
+
+fn resized(input: Input, options: &SourceOptions) -> Input {
+    let from = input.info.size;
+    let to = options.max_size.map_or(from, |longest| resize::shrunk(from, longest));
+    if to == from {
+        return input;
+    }
+    let Input { paths, mut info, start } = input;
+    info.size = to;
+    Input::new(paths, info, move || Ok(Box::new(Resize::new(start()?, from, to))))
 }
