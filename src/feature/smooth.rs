@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::frame::{Frame, Rgba};
+use crate::frame::Frame;
 
 /// Rows that are smoothed as one piece of work.
 const BAND: usize = 32;
@@ -13,30 +13,34 @@ pub fn smooth(frame: &Frame) -> Frame {
     let width = size.width as usize;
     let mut pixels = vec![[0; 4]; size.pixels()];
     pixels.par_chunks_mut(width * BAND).enumerate().for_each(|(band, out)| {
-        let mut column = vec![[0u16; 4]; width];
+        // The column sums of a row, with one pixel more on either side.
+        let mut sums = vec![0u16; (width + 2) * 4];
         for (i, out) in out.chunks_mut(width).enumerate() {
             let y = (band * BAND + i) as u32;
-            let above = frame.row(y.saturating_sub(1));
-            let below = frame.row((y + 1).min(size.height - 1));
-            for (((sum, a), m), b) in column.iter_mut().zip(above).zip(frame.row(y)).zip(below) {
-                *sum =
-                    [0, 1, 2, 3].map(|c| u16::from(a[c]) + 2 * u16::from(m[c]) + u16::from(b[c]));
-            }
-            smooth_row(&column, out);
+            let above = frame.row(y.saturating_sub(1)).as_flattened();
+            let below = frame.row((y + 1).min(size.height - 1)).as_flattened();
+            let here = frame.row(y).as_flattened();
+            sum_columns(above, here, below, &mut sums[4..][..width * 4]);
+            sums.copy_within(4..8, 0);
+            sums.copy_within(width * 4..(width + 1) * 4, (width + 1) * 4);
+            weigh_row(&sums, out.as_flattened_mut());
         }
     });
     Frame::new(size, pixels).expect("as many pixels as before")
 }
 
-fn smooth_row(column: &[[u16; 4]], out: &mut [Rgba]) {
-    let last = column.len() - 1;
-    let weigh = |l: [u16; 4], m: [u16; 4], r: [u16; 4]| {
-        [0, 1, 2, 3].map(|c| ((l[c] + 2 * m[c] + r[c] + 8) >> 4) as u8)
-    };
-    out[0] = weigh(column[0], column[0], column[last.min(1)]);
-    out[last] = weigh(column[last.saturating_sub(1)], column[last], column[last]);
-    for (out, around) in out[1..].iter_mut().zip(column.windows(3)) {
-        *out = weigh(around[0], around[1], around[2]);
+// Plain loops over bytes: the compiler turns them into vector code.
+
+fn sum_columns(above: &[u8], here: &[u8], below: &[u8], sums: &mut [u16]) {
+    for (((sum, &a), &h), &b) in sums.iter_mut().zip(above).zip(here).zip(below) {
+        *sum = u16::from(a) + 2 * u16::from(h) + u16::from(b);
+    }
+}
+
+fn weigh_row(sums: &[u16], out: &mut [u8]) {
+    let (left, middle, right) = (sums, &sums[4..], &sums[8..]);
+    for (((out, &l), &m), &r) in out.iter_mut().zip(left).zip(middle).zip(right) {
+        *out = ((l + 2 * m + r + 8) >> 4) as u8;
     }
 }
 
