@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use polyreel::error::Result;
-use polyreel::frame::{Loops, StreamInfo};
+use polyreel::frame::{Loops, Rational, StreamInfo};
 use polyreel::pipeline::InputReport;
 use polyreel::source;
 
@@ -30,10 +30,7 @@ fn table(info: &StreamInfo) -> String {
         ("format", info.format.clone()),
         ("size", info.size.to_string()),
         ("frames", info.frames.map_or_else(unknown, |n| n.to_string())),
-        (
-            "rate",
-            info.rate.map_or_else(|| rateless(info), |r| format!("{r} fps ({:.3})", r.to_f64())),
-        ),
+        ("rate", info.rate.map_or_else(|| rateless(info), rate)),
         (
             "duration",
             info.duration.map_or_else(|| rateless(info), |d| format!("{:.3} s", d.to_f64())),
@@ -52,6 +49,10 @@ fn table(info: &StreamInfo) -> String {
 /// What stands in place of a rate or duration that is not told.
 fn rateless(info: &StreamInfo) -> String {
     if info.still { "none" } else { "unknown" }.to_owned()
+}
+
+fn rate(rate: Rational) -> String {
+    if rate.den == 1 { format!("{rate} fps") } else { format!("{rate} fps ({:.3})", rate.to_f64()) }
 }
 
 fn plays(loops: Loops) -> String {

@@ -20,7 +20,7 @@ use crate::cli::InspectArgs;
 
 const WHITE: Rgba = [255, 255, 255, 255];
 const INK: Rgba = [24, 24, 32, 255];
-const GRID: Rgba = [30, 90, 200, 255];
+const GRID: Rgba = [120, 150, 215, 255];
 const SEED: Rgba = [210, 30, 40, 255];
 
 /// Writes one PNG a stage.
@@ -39,7 +39,7 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
     let mut extractor = Extractor::new(&options);
     let regions = extractor.regions(&frame);
     let features = extractor.extract(&frame);
-    let grid = Sampler::new(&options).grid(&features);
+    let grid = Sampler::new(&options).grid(frame.size());
     let rendered = Renderer::new(&options)?.render(&frame)?;
     let mut mesh = faded(&frame);
     draw::edges(&mut mesh, &rendered.mesh, INK);

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use polyreel::pipeline::Stop;
+use polyreel::sink;
 
 /// Whether Ctrl-C was pressed.
 #[derive(Clone, Debug, Default)]
@@ -17,6 +18,7 @@ impl Interrupt {
         // Without a handler Ctrl-C still ends the program, as the system has it.
         let _ = ctrlc::set_handler(move || {
             if pressed.swap(true, Ordering::SeqCst) {
+                sink::remove_unfinished();
                 std::process::exit(130);
             }
             stop.request();

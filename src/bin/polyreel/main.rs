@@ -49,17 +49,23 @@ fn main() -> ExitCode {
 
 /// The error with all that led to it. A cause that the message before spelt out is not told twice.
 fn complain(error: &Error) {
-    let mut told = error.to_string();
+    let mut told = in_one_line(error);
     eprintln!("polyreel: error: {told}");
     let mut cause = std::error::Error::source(error);
     while let Some(error) = cause {
-        let text = error.to_string();
+        let text = in_one_line(error);
         if !told.contains(&text) {
             eprintln!("polyreel: because: {text}");
         }
         told = text;
         cause = error.source();
     }
+}
+
+/// An error's message without the line breaks that some libraries have in theirs.
+fn in_one_line(error: &dyn std::error::Error) -> String {
+    let text = error.to_string();
+    text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
 /// Writes `text` to standard output. A reader who has gone had enough.

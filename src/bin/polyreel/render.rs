@@ -26,6 +26,8 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let options = args.look.options()?;
     let input = source::open(&args.input.inputs, &args.input.options())?;
     let info = input.info().clone();
+    let stop = Stop::default();
+    let interrupt = Interrupt::listen(&stop);
     let record = record_of(args, input.paths(), output)?;
     let sink = sink::create(output, &info, &sink_options(args, input.paths()))?;
     if args.run.verbose {
@@ -37,8 +39,6 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         live: info.live,
         allow_truncated: args.input.allow_truncated,
     };
-    let stop = Stop::default();
-    let interrupt = Interrupt::listen(&stop);
     let mut progress = Progress::new(info.frames, args.run.quiet, record.is_some());
     let ended = pipeline::run(move || input.start(), sink, &settings, &mut progress, &stop);
     let per_frame = progress.finish();
