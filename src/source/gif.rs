@@ -24,6 +24,9 @@ use crate::geom::{MAX_SIDE, Size};
 pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
     let facts = scan(&path)?;
     let still = facts.frames_begun == 1;
+    if facts.frames == 0 && !options.allow_truncated {
+        return Err(Error::input(path, broken(&DecodingError::UnexpectedEof)));
+    }
     let duration = (!still).then(|| Rational::new(facts.hundredths, 100));
     let info = StreamInfo {
         format: "gif".into(),
@@ -203,6 +206,10 @@ impl Source for Gif {
             Err(Failure::Decoder(e)) => {
                 Err(Error::input_frame(&self.path, self.number, broken(&e)))
             }
+            Err(Failure::Short) => {
+                let what = cut_short("GIF", "this frame has less data than pixels");
+                Err(Error::input_frame(&self.path, self.number, what))
+            }
             Err(Failure::Size(size)) => {
                 let what = format!("claims {size} pixels, more than {MAX_SIDE} a side");
                 Err(Error::input_frame(&self.path, self.number, what))
@@ -213,6 +220,8 @@ impl Source for Gif {
 
 enum Failure {
     Decoder(DecodingError),
+    /// The data ends before the picture does.
+    Short,
     Size(Size),
 }
 
@@ -227,18 +236,23 @@ impl Gif {
     fn read(&mut self) -> Result<Option<u16>, Failure> {
         let Some(frame) = self.decoder.next_frame_info()? else { return Ok(None) };
         let (area, dispose, delay) = (Area::of(frame), frame.dispose, frame.delay);
-        let (transparent, size) =
-            (frame.transparent, Size::new(frame.width.into(), frame.height.into()));
+        let (transparent, interlaced) = (frame.transparent, frame.interlaced);
+        let size = Size::new(frame.width.into(), frame.height.into());
         if size.width > MAX_SIDE || size.height > MAX_SIDE {
             return Err(Failure::Size(size));
         }
         self.indices.clear();
         self.indices.resize(size.pixels(), transparent.unwrap_or(0));
+        // The rows that are there are better than nothing, if that is all there is.
+        let forgiving = self.allow_truncated && self.number == 0;
         if !self.indices.is_empty() {
-            let read = self.decoder.read_into_buffer(&mut self.indices);
-            // The rows that are there are better than nothing, if that is all there is.
-            if !(self.allow_truncated && self.number == 0) {
-                read?;
+            // All rows at once: the crate's own way with interlaced frames loses the last pixels of
+            // narrow ones.
+            match self.decoder.fill_buffer(&mut self.indices) {
+                Ok(true) => {}
+                _ if forgiving => {}
+                Ok(false) => return Err(Failure::Short),
+                Err(e) => return Err(e.into()),
             }
         }
         self.dispose();
@@ -252,7 +266,7 @@ impl Gif {
             }
         };
         let colours = colours(self.decoder.palette()?, transparent);
-        self.draw(visible, size, &colours);
+        self.draw(visible, size, interlaced, &colours);
         Ok(Some(delay))
     }
 
@@ -274,9 +288,15 @@ impl Gif {
         }
     }
 
-    fn draw(&mut self, visible: Area, size: Size, colours: &[Rgba; 256]) {
-        let lines = self.indices.chunks(size.width.max(1) as usize);
-        for (row, line) in visible.rows(self.size.width).zip(lines) {
+    fn draw(&mut self, visible: Area, size: Size, interlaced: bool, colours: &[Rgba; 256]) {
+        let (width, line) = (self.size.width as usize, size.width.max(1) as usize);
+        let stored = self.indices.chunks(line).zip(row_order(size.height, interlaced));
+        for (line, y) in stored {
+            if visible.y0 + y >= visible.y1 {
+                continue;
+            }
+            let start = (visible.y0 + y) as usize * width;
+            let row = start + visible.x0 as usize..start + visible.x1 as usize;
             for (pixel, &index) in self.canvas[row].iter_mut().zip(line) {
                 let colour = colours[index as usize];
                 if colour[3] != 0 {
@@ -285,6 +305,13 @@ impl Gif {
             }
         }
     }
+}
+
+/// Where the rows of a frame belong, in the order in which they are stored (GIF89a, appendix E).
+fn row_order(height: u32, interlaced: bool) -> impl Iterator<Item = u32> {
+    let passes: &[(u32, usize)] =
+        if interlaced { &[(0, 8), (4, 8), (2, 4), (1, 2)] } else { &[(0, 1)] };
+    passes.iter().flat_map(move |&(first, step)| (first..height).step_by(step))
 }
 
 /// The colour of every index; transparent for the transparent one and those beyond the palette.

@@ -8,7 +8,7 @@ use image::{
     ColorType, DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, RgbaImage,
 };
 
-use super::{detect, jpeg};
+use super::{detect, jpeg, webp};
 use crate::error::{Error, Result};
 use crate::frame::{Frame, MAX_PIXELS, Rgba, check_size};
 use crate::geom::{MAX_SIDE, Size};
@@ -53,7 +53,10 @@ pub(crate) fn header(path: &Path, format: ImageFormat) -> Result<Header> {
 pub(crate) fn decode(path: &Path, format: ImageFormat, allow_truncated: bool) -> Result<Frame> {
     let mut file = BufReader::new(detect::open(path)?);
     if format != ImageFormat::Jpeg {
-        return decoded(path, decoder(path, file, format)?, allow_truncated);
+        if format == ImageFormat::WebP && !allow_truncated && !webp::is_complete(path)? {
+            return Err(Error::input(path, cut_short("WEBP", "data is missing at its end")));
+        }
+        return decoded(path, decoder(path, file, format)?, format, allow_truncated);
     }
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes).map_err(|e| Error::input(path, format!("cannot be read: {e}")))?;
@@ -61,7 +64,7 @@ pub(crate) fn decode(path: &Path, format: ImageFormat, allow_truncated: bool) ->
     if !allow_truncated && !jpeg::is_complete(&bytes) {
         return Err(Error::input(path, cut_short("JPEG", "its end marker is missing")));
     }
-    decoded(path, decoder(path, Cursor::new(&bytes), format)?, allow_truncated)
+    decoded(path, decoder(path, Cursor::new(&bytes), format)?, format, allow_truncated)
 }
 
 /// Words for an input that ends too early.
@@ -177,7 +180,12 @@ fn orientation(decoder: &mut impl ImageDecoder) -> Orientation {
     decoder.orientation().unwrap_or(Orientation::NoTransforms)
 }
 
-fn decoded(path: &Path, mut decoder: impl ImageDecoder, allow_truncated: bool) -> Result<Frame> {
+fn decoded(
+    path: &Path,
+    mut decoder: impl ImageDecoder,
+    format: ImageFormat,
+    allow_truncated: bool,
+) -> Result<Frame> {
     let (width, height) = decoder.dimensions();
     let size = Size::new(width, height);
     check_picture(path, size)?;
@@ -194,8 +202,7 @@ fn decoded(path: &Path, mut decoder: impl ImageDecoder, allow_truncated: bool) -
     };
     match read {
         Err(e) if !(allow_truncated && is_cut_short(&e)) => {
-            // The format's name is in the error already, or plain from the file.
-            return Err(Error::input(path, broken(&e, "picture")));
+            return Err(Error::input(path, broken(&e, word(format))));
         }
         _ => {}
     }

@@ -26,6 +26,24 @@ pub(crate) fn facts(path: &Path) -> Result<Option<Facts>> {
     chunks(&mut BufReader::new(file), length).map_err(unreadable)
 }
 
+/// Whether the file in `path` is as long as its header says. The decoder takes a shorter one for a
+/// broken one.
+///
+/// # Errors
+/// When it cannot be read.
+pub(crate) fn is_complete(path: &Path) -> Result<bool> {
+    let mut file = detect::open(path)?;
+    let unreadable = |e| Error::input(path, format!("cannot be read: {e}"));
+    let length = file.metadata().map_err(unreadable)?.len();
+    let mut start = [0; 8];
+    Ok(fill(&mut file, &mut start).map_err(unreadable)? && length >= file_end(&start))
+}
+
+/// Where the file ends, by its header.
+fn file_end(start: &[u8]) -> u64 {
+    8 + u64::from(le32(start, 4))
+}
+
 fn chunks(file: &mut BufReader<File>, file_length: u64) -> std::io::Result<Option<Facts>> {
     let mut start = [0; 30];
     // The extended header comes first where there is one, and only it can announce an animation.
@@ -39,7 +57,7 @@ fn chunks(file: &mut BufReader<File>, file_length: u64) -> std::io::Result<Optio
         lengths: Lengths::NONE,
         complete: false,
     };
-    let end = 8 + u64::from(le32(&start, 4));
+    let end = file_end(&start);
     facts.complete = file_length >= end;
     let mut at = start.len() as u64;
     let mut header = [0; 8];
