@@ -15,7 +15,7 @@ use std::path::Path;
 use gif::{DisposalMethod, EncodingError, Repeat};
 use rayon::prelude::*;
 
-use super::palette::{Lookup, MOST, Match, Palette, Rgb, distance, distinct, rgb};
+use super::palette::{Lookup, MOST, Palette, Rgb, distance, distinct, rgb};
 use super::place::Place;
 use super::still::nothing;
 use super::{Picture, Sink, SinkOptions};
@@ -105,7 +105,7 @@ impl Gif {
         let changed: Area = rows
             .zip(frame.pixels().par_chunks(width))
             .enumerate()
-            .with_min_len(16)
+            .with_min_len(64)
             .map(|(y, ((canvas, indices), pixels))| {
                 draw_row(pixels, canvas, indices, palette, lookup)
                     .map_or(Area::NONE, |(x0, x1)| Area { x0, y0: y, x1, y1: y + 1 })
@@ -222,29 +222,30 @@ fn draw_row(
     lookup: &Lookup,
 ) -> Option<(usize, usize)> {
     let transparent = palette.colours().len() as u8;
-    let mut range = None;
-    let mut last: Option<(Rgba, Match)> = None;
-    for (x, ((&pixel, seen), index)) in pixels.iter().zip(canvas).zip(indices).enumerate() {
-        *index = transparent;
+    indices.fill(transparent);
+    let (mut first, mut end, mut x) = (usize::MAX, 0, 0);
+    for run in pixels.chunk_by(|a, b| a == b) {
+        let places = x..x + run.len();
+        x = places.end;
         // Where it must vanish, it has been cleared.
-        if pixel[3] < THRESHOLD {
+        if run[0][3] < THRESHOLD {
             continue;
         }
-        let colour = rgb(pixel);
-        let best = match last {
-            Some((same, best)) if same == pixel => best,
-            _ => lookup.get(colour).unwrap_or_else(|| palette.nearest(colour)),
-        };
-        last = Some((pixel, best));
-        if seen[3] != 0 && distance(rgb(*seen), colour) <= best.distance {
-            continue;
-        }
+        let colour = rgb(run[0]);
+        let best = lookup.get(colour).unwrap_or_else(|| palette.nearest(colour));
         let [r, g, b] = palette.colours()[best.index as usize];
-        (*seen, *index) = ([r, g, b, 255], best.index);
-        let (first, _) = range.unwrap_or((x, x));
-        range = Some((first, x + 1));
+        let best_colour = [r, g, b, 255];
+        for (i, seen) in places.clone().zip(&mut canvas[places]) {
+            let stays = *seen == best_colour
+                || (seen[3] != 0 && distance(rgb(*seen), colour) <= best.distance);
+            if !stays {
+                (*seen, indices[i]) = (best_colour, best.index);
+                first = first.min(i);
+                end = i + 1;
+            }
+        }
     }
-    range
+    (end > 0).then_some((first, end))
 }
 
 impl Waiting {

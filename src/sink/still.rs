@@ -81,8 +81,10 @@ impl Encoder {
             (frame.pixels().as_flattened(), ExtendedColorType::Rgba8)
         };
         match self.format {
-            Format::Png => PngEncoder::new_with_quality(out, CompressionType::Fast, FilterType::Up)
-                .write_image(bytes, width, height, colour),
+            Format::Png => {
+                PngEncoder::new_with_quality(out, CompressionType::Fast, FilterType::Paeth)
+                    .write_image(bytes, width, height, colour)
+            }
             Format::Jpeg => JpegEncoder::new_with_quality(out, self.quality)
                 .write_image(bytes, width, height, colour),
             Format::WebP => {
