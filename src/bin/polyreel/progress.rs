@@ -1,10 +1,11 @@
 //! The progress bar, on standard error, and the collection of frame reports.
 
+use std::fmt::Write;
 use std::io::{IsTerminal, stderr};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use polyreel::pipeline::{FrameReport, Observer};
 
 /// How often the bar is drawn while no frame comes.
@@ -41,11 +42,15 @@ impl Progress {
 
 fn style(length_known: bool) -> ProgressStyle {
     let template = if length_known {
-        "{wide_bar} {pos}/{len} frames, {per_sec}, {eta} left"
+        "{wide_bar} {pos}/{len} frames, {rate}, {eta} left"
     } else {
-        "{spinner} {pos} frames, {per_sec}, {elapsed}"
+        "{spinner} {pos} frames, {rate}, {elapsed}"
     };
-    ProgressStyle::with_template(template).expect("the template is a fixed, sound one")
+    let style = ProgressStyle::with_template(template).expect("the template is a fixed, sound one");
+    style.with_key("rate", |state: &ProgressState, to: &mut dyn Write| {
+        // A bar that cannot be drawn is no reason to stop.
+        let _ = write!(to, "{:.1} fps", state.per_sec());
+    })
 }
 
 impl Observer for Progress {
