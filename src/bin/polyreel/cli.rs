@@ -51,7 +51,7 @@ pub(crate) enum Command {
 const RENDER_EXAMPLES: &str = "Examples:
   polyreel render portrait.png -o lowpoly.png
   polyreel render dance.gif -o dance-lowpoly.gif --points 1500
-  polyreel render frames/ -o out/%04d.png
+  polyreel render frames/ -o out/
   polyreel render 'shots/*.jpg' -o shots.gif --fps 12 --outline=white";
 
 #[derive(Debug, Args)]
@@ -61,8 +61,8 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
     // Not required as far as clap goes: whoever forgets -o gets a better answer than clap's.
-    /// Where to write: a picture, a numbered sequence (out/%04d.png) or a GIF, by its name; - writes
-    /// y4m to standard output
+    /// Where to write, by its name: a picture, a GIF, numbered pictures (out_%04d.png), a folder (out/)
+    /// for PNGs, or null: to write nothing
     #[arg(short, long, value_name = "OUTPUT", help_heading = "Output")]
     pub(crate) output: Option<String>,
     #[command(flatten)]
@@ -109,9 +109,9 @@ pub(crate) struct InfoArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Input")]
 pub(crate) struct InputArgs {
-    /// A file, several pictures, a folder, a quoted glob ('shots/*.png'), a printf pattern
-    /// (shot%03d.png), or - for y4m on standard input
-    #[arg(value_name = "INPUT", required = true)]
+    /// A file, several pictures, a folder, a quoted glob ('shots/*.png') or a printf pattern
+    /// (shot%03d.png)
+    #[arg(value_name = "INPUT", required = true, help_heading = None::<&str>)]
     pub(crate) inputs: Vec<String>,
     /// Leave out what comes before TIME: 1.5, 500ms, 1:30 [default: from the beginning]
     #[arg(long, value_name = "TIME", value_parser = amount::time)]
@@ -128,7 +128,7 @@ pub(crate) struct InputArgs {
     /// Shrink frames until their longest side has at most PX pixels [default: their own size]
     #[arg(long, value_name = "PX")]
     max_size: Option<u32>,
-    /// Keep what could be read of an input that breaks off, with a warning [default: fail]
+    /// Keep what can be read of an input that breaks off [default: fail]
     #[arg(long)]
     pub(crate) allow_truncated: bool,
 }
