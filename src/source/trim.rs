@@ -124,3 +124,41 @@ impl Source for Trim {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn part(start: (i64, i64), end: Option<(i64, i64)>, frames: Option<u64>) -> Part {
+        let time = |(num, den)| Rational::new(num, den);
+        let options = SourceOptions {
+            start: Some(time(start)),
+            end: end.map(time),
+            frames,
+            ..SourceOptions::default()
+        };
+        Part::of(&options).expect("a part").expect("not the whole")
+    }
+
+    #[test]
+    fn frames_that_start_in_the_part_are_counted() {
+        let rate = Rational::new(10, 1);
+        // Frames start at 0, 0.1, 0.2 ...; those at 0.2 to 0.4 lie in the part.
+        assert_eq!(part((15, 100), Some((5, 10)), None).needed(rate), 5);
+        assert_eq!(part((15, 100), Some((5, 10)), Some(2)).needed(rate), 4);
+        assert_eq!(part((0, 1), None, Some(7)).needed(rate), 7);
+        assert_eq!(part((3, 1), None, None).needed(rate), u64::MAX);
+    }
+
+    #[test]
+    fn empty_parts_are_usage_errors() {
+        let second = Some(Rational::new(1, 1));
+        for options in [
+            SourceOptions { start: second, end: second, ..SourceOptions::default() },
+            SourceOptions { frames: Some(0), ..SourceOptions::default() },
+            SourceOptions { start: Some(Rational::new(-1, 1)), ..SourceOptions::default() },
+        ] {
+            assert!(matches!(Part::of(&options), Err(Error::Usage(_))), "{options:?}");
+        }
+    }
+}
