@@ -12,6 +12,7 @@ pub mod mesh;
 pub mod metric;
 pub mod options;
 pub mod pattern;
+pub mod pipeline;
 pub mod rasterise;
 pub mod render;
 pub mod sample;

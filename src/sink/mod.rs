@@ -5,6 +5,9 @@ mod null;
 mod palette;
 pub mod place;
 mod still;
+mod unfinished;
+
+pub use unfinished::remove_unfinished;
 
 use std::path::{Path, PathBuf};
 

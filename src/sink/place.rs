@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::{Builder, NamedTempFile, TempDir};
 
 use super::SinkOptions;
+use super::unfinished::Unfinished;
 use crate::error::{Error, Result};
 use crate::pattern::Pattern;
 
@@ -21,6 +22,7 @@ pub struct Place {
     target: PathBuf,
     overwrite: bool,
     file: NamedTempFile,
+    _note: Unfinished,
 }
 
 impl Place {
@@ -43,7 +45,8 @@ impl Place {
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let file = builder.tempfile_in(folder).map_err(|e| unwritable(output, folder, &e))?;
-        Ok(Self { named: output.to_owned(), target, overwrite: options.overwrite, file })
+        let _note = Unfinished::temporary(file.path());
+        Ok(Self { named: output.to_owned(), target, overwrite: options.overwrite, file, _note })
     }
 
     /// The file to write to.
@@ -71,7 +74,7 @@ impl Place {
     /// # Errors
     /// When that fails, or something has come to stand there meanwhile and may not be overwritten.
     pub fn commit(self) -> Result<()> {
-        let Self { named, target, overwrite, file } = self;
+        let Self { named, target, overwrite, file, _note } = self;
         let done = if overwrite { file.persist(target) } else { file.persist_noclobber(target) };
         match done {
             Ok(_) => Ok(()),
@@ -92,16 +95,20 @@ pub struct Series {
     // Dropped in this order: what waits goes before the folder that was made for it.
     waiting: TempDir,
     made: Option<Made>,
+    _note: Unfinished,
 }
 
 /// A folder that was made for the output, removed again unless the output is complete.
 #[derive(Debug)]
-struct Made(PathBuf);
+struct Made {
+    path: PathBuf,
+    _note: Unfinished,
+}
 
 impl Drop for Made {
     fn drop(&mut self) {
         // Someone may have put a file there meanwhile: then it stays.
-        let _ = fs::remove_dir(&self.0);
+        let _ = fs::remove_dir(&self.path);
     }
 }
 
@@ -124,7 +131,7 @@ impl Series {
         if make && !folder.exists() {
             check_folder(&folder, folder_of(&folder))?;
             fs::create_dir(&folder).map_err(|e| unwritable(&folder, folder_of(&folder), &e))?;
-            made = Some(Made(folder.clone()));
+            made = Some(Made { path: folder.clone(), _note: Unfinished::folder(&folder) });
         }
         check_folder(&first, &folder)?;
         let entries = fs::read_dir(&folder).map_err(|e| unwritable(&first, &folder, &e))?;
@@ -143,7 +150,8 @@ impl Series {
             .tempdir_in(&folder)
             .map_err(|e| unwritable(&first, &folder, &e))?;
         let overwrite = options.overwrite;
-        Ok(Self { pattern, folder, overwrite, written: 0, waiting, made })
+        let _note = Unfinished::temporary(waiting.path());
+        Ok(Self { pattern, folder, overwrite, written: 0, waiting, made, _note })
     }
 
     /// Whether no file was asked for yet.
