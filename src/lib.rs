@@ -14,6 +14,7 @@ pub mod options;
 pub mod pattern;
 pub mod pipeline;
 pub mod rasterise;
+pub mod refine;
 pub mod render;
 pub mod sample;
 pub mod scan;

@@ -1,0 +1,50 @@
+//! Classes of vertices that can move at once.
+
+use super::surface::{Surface, next};
+
+/// Vertices in classes, no two of a class joined by an edge: what one of them does leaves the
+/// surroundings of the others as they are, so that a class moves in parallel and the outcome does not
+/// depend on the number of threads.
+#[derive(Debug, Default)]
+pub(super) struct Colouring {
+    colour: Vec<u8>,
+    pub(super) classes: Vec<Vec<u32>>,
+}
+
+/// More classes than any mesh needs; a vertex that finds none free waits for the next step.
+const MOST: u32 = 64;
+
+const UNCOLOURED: u8 = u8::MAX;
+
+impl Colouring {
+    /// Colours those of `order` for which `wanted` holds, greedily in that order.
+    pub(super) fn colour(&mut self, surface: &Surface, order: &[u32], wanted: impl Fn(u32) -> bool) {
+        self.colour.resize(surface.at.len(), UNCOLOURED);
+        for class in &mut self.classes {
+            class.drain(..).for_each(|v| self.colour[v as usize] = UNCOLOURED);
+        }
+        for &v in order.iter().filter(|&&v| wanted(v)) {
+            let mut taken = 0u64;
+            let mut take = |w: u32| {
+                let colour = self.colour[w as usize];
+                if colour != UNCOLOURED {
+                    taken |= 1 << colour;
+                }
+            };
+            surface.around(v, |h| {
+                take(surface.to(h));
+                // On the border the last neighbour has no half-edge that leaves for it.
+                take(surface.to(next(h)));
+            });
+            let free = taken.trailing_ones();
+            if free >= MOST {
+                continue;
+            }
+            self.colour[v as usize] = free as u8;
+            if self.classes.len() <= free as usize {
+                self.classes.push(Vec::new());
+            }
+            self.classes[free as usize].push(v);
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! Vertices step down the error.
+
+use rayon::prelude::*;
+
+use super::force::gradient;
+use super::ring::Ring;
+use super::sums::{RowSums, Sums};
+use super::surface::{Cost, NONE, Surface, next, previous};
+use crate::geom::{Point, SUBPIXEL};
+use crate::mesh::Place;
+
+/// What a pass over the mesh works with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Field<'a> {
+    pub(super) rows: &'a RowSums,
+    /// Squared 8-bit steps for a unit of flatness.
+    pub(super) weight: f64,
+    /// What a change must gain to be made, in squared 8-bit steps.
+    pub(super) least_gain: f64,
+}
+
+/// How far a vertex tries to go first, in 1/256 pixel, when nothing is known of it.
+pub(super) const FIRST_REACH: i32 = SUBPIXEL;
+
+/// A vertex whose step fails at this length falls asleep: 1/16 pixel.
+const LEAST_REACH: i32 = SUBPIXEL / 16;
+
+/// One that is woken by a neighbour starts again with this.
+pub(super) const WAKING_REACH: i32 = SUBPIXEL / 4;
+
+/// The longest step: about half of the distance between seeds at the default number of points.
+const MOST_REACH: i32 = 6 * SUBPIXEL;
+
+/// Vertices that one piece of work looks at.
+const PACK: usize = 32;
+
+/// What came of a visit to a vertex.
+#[derive(Clone, Copy, Debug)]
+struct Visit {
+    vertex: u32,
+    to: Option<Point>,
+    reach: i32,
+}
+
+/// The visits of one piece of work, with the spokes and costs of the vertices that move.
+#[derive(Debug, Default)]
+pub(super) struct Visits {
+    visits: Vec<Visit>,
+    spokes: Vec<Sums>,
+    costs: Vec<Cost>,
+}
+
+/// Moves the vertices of `class`, no two of which are neighbours, each as far as it lowers the cost of
+/// its own triangles. Returns how many moved.
+pub(super) fn descend(
+    surface: &mut Surface,
+    reach: &mut [i32],
+    class: &[u32],
+    field: Field,
+    found: &mut Vec<Visits>,
+) -> usize {
+    let here = &*surface;
+    let reaches = &*reach;
+    class
+        .par_chunks(PACK)
+        .map(|vertices| {
+            let mut visits = Visits::default();
+            let mut ring = Ring::default();
+            for &v in vertices {
+                visit(here, v, reaches[v as usize], field, &mut ring, &mut visits);
+            }
+            visits
+        })
+        .collect_into_vec(found);
+    found.iter().map(|visits| apply(surface, reach, visits)).sum()
+}
+
+fn visit(surface: &Surface, v: u32, reach: i32, field: Field, ring: &mut Ring, out: &mut Visits) {
+    ring.surround(surface, v);
+    let from = surface.at[v as usize];
+    let (gx, gy) = gradient(field.rows, from, ring);
+    let (gx, gy) = match surface.freedom(v) {
+        Place::Corner => (0.0, 0.0),
+        Place::SideBorder => (0.0, gy),
+        Place::LevelBorder => (gx, 0.0),
+        Place::Interior => (gx, gy),
+    };
+    let length = gx.hypot(gy);
+    if length == 0.0 {
+        out.visits.push(Visit { vertex: v, to: None, reach: 0 });
+        return;
+    }
+    let direction = (-gx / length, -gy / length);
+    let before: Cost = (0..ring.len()).map(|i| ring.triangle_cost(field.rows, i, from)).sum();
+    let mut line = Line { ring, from, direction, before, field };
+    let (to, reach) = line.search(reach.clamp(LEAST_REACH, MOST_REACH));
+    if let Some(to) = to {
+        out.spokes.extend_from_slice(&ring.spokes);
+        out.costs.extend((0..ring.len()).map(|i| ring.triangle_cost(field.rows, i, to)));
+    }
+    out.visits.push(Visit { vertex: v, to, reach });
+}
+
+/// The way that a vertex tries.
+struct Line<'a, 'b> {
+    ring: &'a mut Ring,
+    from: Point,
+    direction: (f64, f64),
+    before: Cost,
+    field: Field<'b>,
+}
+
+impl Line<'_, '_> {
+    fn point(&self, reach: i32) -> Point {
+        let part = |share: f64| (share * f64::from(reach)).round() as i32;
+        let (x, y) = self.direction;
+        Point::new(self.from.x + part(x), self.from.y + part(y))
+    }
+
+    fn gain(&mut self, to: Point) -> f64 {
+        let Field { rows, weight, .. } = self.field;
+        let after = self.ring.try_at(rows, to);
+        after.map_or(f64::NEG_INFINITY, |after| self.before.gain(after, weight))
+    }
+
+    /// Doubles the step while that gains, or shortens it until it does. Returns the place, with the
+    /// ring's spokes for it, and the reach for the next time; 0 when even the least step fails.
+    fn search(&mut self, reach: i32) -> (Option<Point>, i32) {
+        let mut reach = reach;
+        for _ in 0..2 {
+            let to = self.point(reach);
+            let gain = self.gain(to);
+            if gain > self.field.least_gain {
+                return self.stretch(to, gain, reach);
+            }
+            if reach == LEAST_REACH {
+                return (None, 0);
+            }
+            reach = (reach * 2 / 5).max(LEAST_REACH);
+        }
+        (None, reach)
+    }
+
+    fn stretch(&mut self, to: Point, gain: f64, reach: i32) -> (Option<Point>, i32) {
+        let longer = reach * 2;
+        if longer > MOST_REACH {
+            return (Some(to), reach);
+        }
+        self.ring.keep();
+        let further = self.point(longer);
+        if self.gain(further) > gain {
+            return (Some(further), longer);
+        }
+        self.ring.restore();
+        (Some(to), reach)
+    }
+}
+
+fn apply(surface: &mut Surface, reach: &mut [i32], found: &Visits) -> usize {
+    let (mut spokes, mut costs) = (&found.spokes[..], &found.costs[..]);
+    let mut moved = 0;
+    let mut fan = Vec::new();
+    for visit in &found.visits {
+        let v = visit.vertex as usize;
+        reach[v] = visit.reach;
+        let Some(to) = visit.to else {
+            surface.awake[v] = visit.reach > 0;
+            continue;
+        };
+        moved += 1;
+        surface.at[v] = to;
+        fan.clear();
+        surface.around(visit.vertex, |h| fan.push(h));
+        for &h in &fan {
+            if let Some((&spoke, rest)) = spokes.split_first() {
+                surface.set_sums(h, spoke);
+                spokes = rest;
+            }
+        }
+        let last = fan.last().map_or(NONE, |&h| previous(h));
+        if surface.twin[last as usize] == NONE
+            && let Some((&spoke, rest)) = spokes.split_first()
+        {
+            surface.set_sums(last, -spoke);
+            spokes = rest;
+        }
+        for (&h, &cost) in fan.iter().zip(costs) {
+            surface.changed(h / 3, cost);
+        }
+        costs = &costs[fan.len()..];
+        let _ = next;
+    }
+    moved
+}

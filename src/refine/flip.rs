@@ -1,0 +1,96 @@
+//! Diagonals turn where that lowers the cost.
+
+use rayon::prelude::*;
+
+use super::descend::Field;
+use super::sums::Sums;
+use super::surface::{Cost, NONE, Surface, next, previous};
+use crate::geom::orient;
+
+/// Half-edges that one piece of work looks at.
+const PACK: usize = 3 * 256;
+
+/// Turns inner edges, the diagonals of their two triangles, where the other diagonal costs less
+/// (data-dependent triangulation: Dyn, Levin, Rippa 1990). Only edges with a triangle that changed at
+/// or after tick `since` are looked at. Returns how many turned.
+pub(super) fn flip(surface: &mut Surface, since: u32, field: Field, found: &mut Vec<Vec<u32>>) -> usize {
+    let here = &*surface;
+    (0..here.origin.len().div_ceil(PACK))
+        .into_par_iter()
+        .map(|pack| {
+            let end = ((pack + 1) * PACK).min(here.origin.len());
+            let edges = pack as u32 * PACK as u32..end as u32;
+            edges.filter(|&h| is_fresh(here, h, since) && turned(here, h, field).is_some()).collect()
+        })
+        .collect_into_vec(found);
+    let mut flips = 0;
+    for &h in found.iter().flatten() {
+        // A neighbour may have turned since: ask again.
+        if let Some((sums, front, back)) = turned(surface, h, field) {
+            turn(surface, h, sums);
+            let g = surface.twin[next(h) as usize];
+            surface.changed(h / 3, front);
+            surface.changed(g / 3, back);
+            flips += 1;
+        }
+    }
+    flips
+}
+
+fn is_fresh(surface: &Surface, h: u32, since: u32) -> bool {
+    let twin = surface.twin[h as usize];
+    // NONE is the highest number: border edges fall out here.
+    twin < h && surface.stamp[h as usize / 3].max(surface.stamp[twin as usize / 3]) >= since
+}
+
+/// The sums of the other diagonal, from the far corner of the twin's triangle to that of `h`'s, and
+/// the costs of the triangles that it would make on the sides of `h`'s origin and end, if it pays.
+fn turned(surface: &Surface, h: u32, field: Field) -> Option<(Sums, Cost, Cost)> {
+    let g = surface.twin[h as usize];
+    if g == NONE {
+        return None;
+    }
+    let (a, b) = (surface.place(h), surface.place(g));
+    let (c, d) = (surface.place(previous(h)), surface.place(previous(g)));
+    if orient(a, d, c) <= 0 || orient(d, b, c) <= 0 {
+        return None;
+    }
+    let before = surface.cost[h as usize / 3] + surface.cost[g as usize / 3];
+    let sums = field.rows.edge(d, c);
+    let side = |h: u32| surface.sums[h as usize];
+    let front = Cost::of(field.rows, &(side(next(g)) + sums + side(previous(h))), a, d, c);
+    let back = Cost::of(field.rows, &(side(next(h)) - sums + side(previous(g))), b, c, d);
+    let gain = before.gain(front + back, field.weight);
+    (gain > field.least_gain).then_some((sums, front, back))
+}
+
+/// Turns edge `h` from a-b to d-c, c and d the far corners: `h`'s triangle becomes a, d, c and its
+/// twin's b, c, d. Half-edges c-a and d-b keep their numbers.
+fn turn(surface: &mut Surface, h: u32, sums: Sums) {
+    let g = surface.twin[h as usize];
+    let (h1, g1) = (next(h), next(g));
+    let (a, b) = (surface.from(h), surface.from(g));
+    let (c, d) = (surface.to(h1), surface.to(g1));
+    let moved = |s: &mut Surface, from: u32, to: u32| {
+        s.sums[to as usize] = s.sums[from as usize];
+        let twin = s.twin[from as usize];
+        s.twin[to as usize] = twin;
+        if let Some(back) = s.twin.get_mut(twin as usize) {
+            *back = to;
+        }
+        let v = s.origin[from as usize] as usize;
+        if s.out[v] == from {
+            s.out[v] = to;
+        }
+    };
+    for (v, h) in [(a, h), (b, g)] {
+        debug_assert_eq!(surface.from(h), v);
+    }
+    moved(surface, g1, h);
+    moved(surface, h1, g);
+    surface.origin[h1 as usize] = d;
+    surface.origin[g1 as usize] = c;
+    surface.twin[h1 as usize] = g1;
+    surface.twin[g1 as usize] = h1;
+    surface.set_sums(h1, sums);
+}

@@ -1,0 +1,173 @@
+//! Taking a vertex out of the mesh and putting it in elsewhere.
+
+use super::ring::Ring;
+use super::sums::{RowSums, Sums};
+use super::surface::{Cost, NONE, Surface};
+use crate::geom::Point;
+use crate::mesh::Place;
+
+/// Vertices with more neighbours stay: they hold their surroundings together, and the number of ways
+/// to close a hole grows with the cube of its corners.
+pub(super) const MOST_CORNERS: usize = 9;
+
+/// The cheapest way to close the hole that a vertex leaves: a triangulation of its polygon, found by
+/// dynamic programming over sub-polygons (Klincsek 1980).
+#[derive(Debug, Default)]
+pub(super) struct Closing {
+    corners: usize,
+    /// What the triangulation costs.
+    pub(super) cost: Cost,
+    /// The corner that closes the triangle over chord `i`-`j`.
+    apex: [[u8; MOST_CORNERS]; MOST_CORNERS],
+    /// Sums from corner `i` to corner `j`.
+    chord: [[Sums; MOST_CORNERS]; MOST_CORNERS],
+    best: [[Cost; MOST_CORNERS]; MOST_CORNERS],
+}
+
+impl Closing {
+    /// Finds the cheapest triangulation of the closed polygon of `ring`; `false` when it has too many
+    /// corners or none of its triangulations has only triangles with an area.
+    pub(super) fn plan(&mut self, ring: &Ring, rows: &RowSums, weight: f64) -> bool {
+        let corners = ring.len();
+        if !ring.closed || !(3..=MOST_CORNERS).contains(&corners) {
+            return false;
+        }
+        self.corners = corners;
+        for i in 0..corners {
+            for j in i + 1..corners {
+                let sums = if j == i + 1 {
+                    ring.link_sums[i]
+                } else if i == 0 && j + 1 == corners {
+                    -ring.link_sums[j]
+                } else {
+                    rows.edge(ring.ends[i], ring.ends[j])
+                };
+                self.chord[i][j] = sums;
+            }
+        }
+        for width in 1..corners {
+            for i in 0..corners - width {
+                self.solve(ring, rows, i, i + width, weight);
+            }
+        }
+        self.cost = self.best[0][corners - 1];
+        self.cost.shape.is_finite()
+    }
+
+    fn solve(&mut self, ring: &Ring, rows: &RowSums, i: usize, j: usize, weight: f64) {
+        self.best[i][j] = if j == i + 1 { Cost::default() } else { Cost::INFINITE };
+        for m in i + 1..j {
+            let cost = self.best[i][m] + self.best[m][j];
+            if !cost.shape.is_finite() {
+                continue;
+            }
+            let cost = cost + self.triangle_cost(rows, &ring.ends, [i, m, j]);
+            if cost.shape.is_finite() && cost.total(weight) < self.best[i][j].total(weight) {
+                self.best[i][j] = cost;
+                self.apex[i][j] = m as u8;
+            }
+        }
+    }
+
+    fn triangle_cost(&self, rows: &RowSums, ends: &[Point], [i, m, j]: [usize; 3]) -> Cost {
+        let sums = self.chord[i][m] + self.chord[m][j] - self.chord[i][j];
+        Cost::of(rows, &sums, ends[i], ends[m], ends[j])
+    }
+}
+
+/// A half-edge of the polygon as the mesh outside sees it.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    vertex: u32,
+    twin: u32,
+    sums: Sums,
+}
+
+/// The links of `ring`, to be read before any of its triangles is written.
+fn links(surface: &Surface, ring: &Ring) -> Vec<Link> {
+    let link = |&h: &u32| Link {
+        vertex: surface.from(h),
+        twin: surface.twin[h as usize],
+        sums: surface.sums[h as usize],
+    };
+    ring.links.iter().map(link).collect()
+}
+
+/// Takes the vertex inside `ring` out and closes the hole as planned. Returns the numbers of the two
+/// triangles that are left over.
+pub(super) fn take_out(
+    surface: &mut Surface,
+    rows: &RowSums,
+    ring: &Ring,
+    closing: &Closing,
+) -> [u32; 2] {
+    let links = links(surface, ring);
+    let corners = closing.corners;
+    let mut slots = ring.links.iter().map(|&h| h / 3);
+    let left = [slots.next().unwrap_or(NONE), slots.next().unwrap_or(NONE)];
+    // Chords whose inner triangle is still to be made, with the half-edge on their outer side.
+    let mut open = vec![(0, corners - 1, NONE)];
+    while let (Some((i, j, outer)), Some(t)) = (open.pop(), slots.next()) {
+        let m = usize::from(closing.apex[i][j]);
+        let h = 3 * t;
+        for (side, (from, to)) in (0..).zip([(i, m), (m, j)]) {
+            if to == from + 1 {
+                attach(surface, h + side, links[from]);
+            } else {
+                surface.origin[(h + side) as usize] = links[from].vertex;
+                open.push((from, to, h + side));
+            }
+        }
+        if outer == NONE {
+            attach(surface, h + 2, links[j]);
+        } else {
+            let sums = -closing.chord[i][j];
+            attach(surface, h + 2, Link { vertex: links[j].vertex, twin: outer, sums });
+            surface.sums[outer as usize] = -sums;
+        }
+        surface.changed(t, closing.triangle_cost(rows, &ring.ends, [i, m, j]));
+    }
+    left
+}
+
+/// Puts vertex `v` at `p` inside the polygon of `ring`, whose spokes are those of `p`: its triangles
+/// and the two of `spare` become the fan around it.
+pub(super) fn put_in(surface: &mut Surface, rows: &RowSums, ring: &Ring, v: u32, p: Point, spare: [u32; 2]) {
+    let links = links(surface, ring);
+    let mut slots: Vec<u32> = ring.links.iter().map(|&h| h / 3).collect();
+    slots.sort_unstable();
+    slots.dedup();
+    slots.extend(spare);
+    debug_assert_eq!(slots.len(), links.len());
+    surface.at[v as usize] = p;
+    let corners = links.len();
+    for i in 0..corners {
+        let after = (i + 1) % corners;
+        let (h, onward) = (3 * slots[i], 3 * slots[after]);
+        surface.origin[h as usize] = v;
+        surface.sums[h as usize] = ring.spokes[i];
+        attach(surface, h + 1, links[i]);
+        let back = Link { vertex: links[after].vertex, twin: onward, sums: -ring.spokes[after] };
+        attach(surface, h + 2, back);
+    }
+    surface.out[v as usize] = 3 * slots[0];
+    for (i, &t) in slots.iter().enumerate() {
+        surface.changed(t, ring.triangle_cost(rows, i, p));
+    }
+}
+
+/// Writes half-edge `h`, tells its twin and, where it may serve as such, makes it the one that its
+/// vertex is entered by.
+fn attach(surface: &mut Surface, h: u32, link: Link) {
+    let Link { vertex, twin, sums } = link;
+    surface.origin[h as usize] = vertex;
+    surface.twin[h as usize] = twin;
+    surface.sums[h as usize] = sums;
+    if twin != NONE {
+        surface.twin[twin as usize] = h;
+    }
+    // A vertex on the border is entered by its half-edge along the border, and by no other.
+    if twin == NONE || surface.freedom(vertex) == Place::Interior {
+        surface.out[vertex as usize] = h;
+    }
+}

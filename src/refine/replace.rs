@@ -1,0 +1,264 @@
+//! Vertices that matter least go where the error is largest.
+
+use rayon::prelude::*;
+
+use super::descend::Field;
+use super::force::gradient;
+use super::patch::{Closing, put_in, take_out};
+use super::ring::Ring;
+use super::surface::{Cost, NONE, Surface};
+use crate::geom::Point;
+use crate::mesh::Place;
+
+/// Vertices or triangles that one piece of work looks at.
+const PACK: usize = 64;
+
+/// What it costs to take each vertex out, as far as it is known.
+#[derive(Debug, Default)]
+pub(super) struct Worth {
+    /// Cost of the surroundings without the vertex, less their cost with it; infinite for vertices
+    /// that have to stay.
+    loss: Vec<Cost>,
+    /// When that was found, in ticks of the surface's clock.
+    asked: Vec<u32>,
+    /// The squared error of each triangle.
+    error: Vec<f64>,
+    /// When the errors were found.
+    errors_asked: u32,
+}
+
+/// A place for a vertex and what it gains there.
+#[derive(Clone, Copy, Debug)]
+struct Opening {
+    gain: Cost,
+    site: Site,
+    place: Point,
+}
+
+/// The polygon that a vertex goes into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Site {
+    /// A triangle.
+    Triangle(u32),
+    /// The two triangles of an inner edge, named by one of its half-edges.
+    Pair(u32),
+}
+
+impl Worth {
+    /// Forgets everything.
+    pub(super) fn reset(&mut self, vertices: usize, triangles: usize) {
+        self.loss.clear();
+        self.loss.resize(vertices, Cost::INFINITE);
+        self.asked.clear();
+        self.asked.resize(vertices, 0);
+        self.error.clear();
+        self.error.resize(triangles, 0.0);
+        self.errors_asked = 0;
+    }
+
+    /// Brings everything up to date.
+    fn update(&mut self, surface: &Surface, field: Field) {
+        let since = self.errors_asked;
+        self.errors_asked = surface.clock;
+        self.error.par_chunks_mut(PACK).enumerate().for_each(|(pack, errors)| {
+            for (t, error) in ((pack * PACK) as u32..).zip(errors) {
+                if surface.stamp[t as usize] >= since {
+                    let squares = field.rows.squares_of(surface.corners(t));
+                    *error = squares + surface.cost[t as usize].error;
+                }
+            }
+        });
+        let packs = self.loss.par_chunks_mut(PACK).zip(self.asked.par_chunks_mut(PACK));
+        packs.enumerate().for_each(|(pack, (losses, asked))| {
+            let (mut ring, mut closing) = (Ring::default(), Closing::default());
+            for (v, (loss, asked)) in ((pack * PACK) as u32..).zip(losses.iter_mut().zip(asked)) {
+                let mut newest = 0;
+                surface.around(v, |h| newest = newest.max(surface.stamp[h as usize / 3]));
+                if newest < *asked || surface.freedom(v) != Place::Interior {
+                    continue;
+                }
+                *asked = surface.clock;
+                *loss = Cost::INFINITE;
+                ring.surround(surface, v);
+                if closing.plan(&ring, field.rows, field.weight) {
+                    let before = fan_cost(surface, &ring);
+                    *loss = closing.cost + before.scaled(-1.0);
+                }
+            }
+        });
+    }
+}
+
+fn fan_cost(surface: &Surface, ring: &Ring) -> Cost {
+    ring.links.iter().map(|&h| surface.cost[h as usize / 3]).sum()
+}
+
+/// Moves up to `most` inner vertices whose surroundings do best without them to the places where one
+/// more vertex gains most, the cheapest to the best, each as long as that pays. Returns the vertices.
+pub(super) fn replace(surface: &mut Surface, worth: &mut Worth, most: usize, field: Field) -> Vec<u32> {
+    surface.clock += 1;
+    worth.update(surface, field);
+    let weight = field.weight;
+    let total = |v: u32| worth.loss[v as usize].total(weight);
+    let mut leaving: Vec<u32> =
+        (0..surface.at.len() as u32).filter(|&v| worth.loss[v as usize].shape.is_finite()).collect();
+    leaving.sort_unstable_by(|&a, &b| total(a).total_cmp(&total(b)).then(a.cmp(&b)));
+    leaving.truncate(most * 2);
+    let Some(&cheapest) = leaving.first() else { return Vec::new() };
+    let openings = openings(surface, &worth.error, most * 2, total(cheapest), field);
+    let mut taken = vec![false; surface.triangles()];
+    let mut replaced = Vec::new();
+    let (mut ring, mut closing) = (Ring::default(), Closing::default());
+    let mut leaving = leaving.into_iter();
+    for opening in openings {
+        if replaced.len() == most {
+            break;
+        }
+        opening.site.enclose(surface, &mut ring);
+        if ring.links.iter().any(|&h| taken[h as usize / 3]) {
+            continue;
+        }
+        // The cheapest vertex whose surroundings nothing has touched in this pass.
+        let mut around = Ring::default();
+        let next = leaving.find(|&v| {
+            around.surround(surface, v);
+            let free = |&h: &u32| {
+                !taken[h as usize / 3] && ring.links.iter().all(|&g| g / 3 != h / 3)
+            };
+            around.links.iter().all(free)
+        });
+        let Some(v) = next else { break };
+        let change = worth.loss[v as usize] + opening.gain.scaled(-1.0);
+        if change.error >= 0.0 || change.total(weight) >= -field.least_gain {
+            break;
+        }
+        if !closing.plan(&around, field.rows, weight) {
+            continue;
+        }
+        for &h in around.links.iter().chain(&ring.links) {
+            taken[h as usize / 3] = true;
+        }
+        let placed = ring.try_at(field.rows, opening.place);
+        debug_assert!(placed.is_some());
+        let spare = take_out(surface, field.rows, &around, &closing);
+        put_in(surface, field.rows, &ring, v, opening.place, spare);
+        replaced.push(v);
+    }
+    replaced
+}
+
+/// The best openings in the `most` triangles of the largest error, the best first. A triangle whose
+/// error is below `price` cannot pay for a vertex.
+fn openings(
+    surface: &Surface,
+    errors: &[f64],
+    most: usize,
+    price: f64,
+    field: Field,
+) -> Vec<Opening> {
+    let error = |t: u32| errors[t as usize];
+    let mut worst: Vec<u32> =
+        (0..surface.triangles() as u32).filter(|&t| error(t) > price).collect();
+    let order = |a: &u32, b: &u32| error(*b).total_cmp(&error(*a)).then(a.cmp(b));
+    if worst.len() > most {
+        worst.select_nth_unstable_by(most, order);
+        worst.truncate(most);
+    }
+    worst.sort_unstable_by(order);
+    let mut openings: Vec<Opening> = worst
+        .par_chunks(PACK / 4)
+        .flat_map_iter(|triangles| {
+            let mut ring = Ring::default();
+            triangles
+                .iter()
+                .filter_map(|&t| best_opening(surface, t, field, &mut ring))
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    let gain = |o: &Opening| o.gain.total(field.weight);
+    openings.sort_unstable_by(|a, b| gain(b).total_cmp(&gain(a)).then(a.site.cmp(&b.site)));
+    openings
+}
+
+/// The best place for one more vertex in triangle `t` or on one of its edges.
+fn best_opening(surface: &Surface, t: u32, field: Field, ring: &mut Ring) -> Option<Opening> {
+    let pairs = (3 * t..3 * t + 3).filter(|&h| surface.twin[h as usize] != NONE).map(Site::Pair);
+    let mut best: Option<Opening> = None;
+    for site in std::iter::once(Site::Triangle(t)).chain(pairs) {
+        site.enclose(surface, ring);
+        let start = site.centre(surface);
+        if let Some(found) = settle(site, start, site.cost(surface), field, ring)
+            && best.is_none_or(|b| found.gain.total(field.weight) > b.gain.total(field.weight))
+        {
+            best = Some(found);
+        }
+    }
+    best
+}
+
+/// Steps that a new vertex takes before its gain is counted.
+const SETTLING: usize = 4;
+
+fn settle(site: Site, start: Point, before: Cost, field: Field, ring: &mut Ring) -> Option<Opening> {
+    let weight = field.weight;
+    let mut place = start;
+    let mut cost = ring.try_at(field.rows, place)?;
+    let mut reach = 2.0 * f64::from(crate::geom::SUBPIXEL);
+    for _ in 0..SETTLING {
+        let (gx, gy) = gradient(field.rows, place, ring);
+        let length = gx.hypot(gy);
+        if length == 0.0 {
+            break;
+        }
+        let mut improved = false;
+        for _ in 0..2 {
+            let step = |g: f64| (-g / length * reach).round() as i32;
+            let to = Point::new(place.x + step(gx), place.y + step(gy));
+            match ring.try_at(field.rows, to) {
+                Some(after) if after.total(weight) < cost.total(weight) => {
+                    (place, cost, improved) = (to, after, true);
+                    reach *= 1.5;
+                    break;
+                }
+                _ => reach /= 2.5,
+            }
+        }
+        if !improved {
+            ring.try_at(field.rows, place)?;
+        }
+    }
+    Some(Opening { gain: before + cost.scaled(-1.0), site, place })
+}
+
+impl Site {
+    fn enclose(self, surface: &Surface, ring: &mut Ring) {
+        match self {
+            Site::Triangle(t) => ring.enclose(surface, t),
+            Site::Pair(h) => ring.enclose_pair(surface, h),
+        }
+    }
+
+    fn cost(self, surface: &Surface) -> Cost {
+        match self {
+            Site::Triangle(t) => surface.cost[t as usize],
+            Site::Pair(h) => {
+                let twin = surface.twin[h as usize];
+                surface.cost[h as usize / 3] + surface.cost[twin as usize / 3]
+            }
+        }
+    }
+
+    fn centre(self, surface: &Surface) -> Point {
+        let place = |h: u32| surface.place(h);
+        match self {
+            Site::Triangle(t) => {
+                let [a, b, c] = [3 * t, 3 * t + 1, 3 * t + 2].map(place);
+                Point::new((a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3)
+            }
+            Site::Pair(h) => {
+                let (a, b) = (place(h), place(surface.twin[h as usize]));
+                Point::new((a.x + b.x) / 2, (a.y + b.y) / 2)
+            }
+        }
+    }
+}

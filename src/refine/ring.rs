@@ -1,0 +1,124 @@
+//! What surrounds a vertex: the polygon in which it may move, and the cost of each place there.
+
+use super::shape::flatness;
+use super::sums::{RowSums, Sums, Total};
+use super::surface::{Cost, NONE, Surface, next, previous};
+use crate::geom::{Point, orient};
+
+/// The polygon around a vertex, or around a place where one may be put. Triangle `i` of the fan has
+/// the corners centre, `ends[i]`, `ends[i + 1]`; around an inner vertex the last is followed by the
+/// first, around one on the border there is one end more than triangles.
+#[derive(Debug, Default)]
+pub(super) struct Ring {
+    /// Corners of the polygon.
+    pub(super) ends: Vec<Point>,
+    /// The half-edges of the polygon: from `ends[i]` to `ends[i + 1]`, inside it.
+    pub(super) links: Vec<u32>,
+    /// Their pixel sums.
+    pub(super) link_sums: Vec<Sums>,
+    /// The spokes' sums for the place that was tried last.
+    pub(super) spokes: Vec<Sums>,
+    /// Spokes put aside by [`Ring::keep`].
+    kept: Vec<Sums>,
+    /// Whether the polygon goes all the way round.
+    pub(super) closed: bool,
+}
+
+impl Ring {
+    /// Takes the polygon around vertex `v`; the spokes are those of its present place.
+    pub(super) fn surround(&mut self, surface: &Surface, v: u32) {
+        self.clear();
+        surface.around(v, |h| {
+            self.push(surface, next(h));
+            self.spokes.push(surface.sums[h as usize]);
+        });
+        self.closed = surface.twin[surface.out[v as usize] as usize] != NONE;
+        if let (false, Some(&link)) = (self.closed, self.links.last()) {
+            let last = next(link);
+            self.ends.push(surface.place(last));
+            self.spokes.push(-surface.sums[last as usize]);
+        }
+    }
+
+    /// Takes triangle `t` as the polygon.
+    pub(super) fn enclose(&mut self, surface: &Surface, t: u32) {
+        self.clear();
+        for h in 3 * t..3 * t + 3 {
+            self.push(surface, h);
+        }
+        self.closed = true;
+    }
+
+    /// Takes the two triangles of the inner edge `h` as the polygon.
+    pub(super) fn enclose_pair(&mut self, surface: &Surface, h: u32) {
+        self.clear();
+        let g = surface.twin[h as usize];
+        for h in [next(h), previous(h), next(g), previous(g)] {
+            self.push(surface, h);
+        }
+        self.closed = true;
+    }
+
+    fn clear(&mut self) {
+        self.ends.clear();
+        self.links.clear();
+        self.link_sums.clear();
+        self.spokes.clear();
+    }
+
+    fn push(&mut self, surface: &Surface, link: u32) {
+        self.links.push(link);
+        self.ends.push(surface.place(link));
+        self.link_sums.push(surface.sums[link as usize]);
+    }
+
+    /// Number of triangles in the fan.
+    pub(super) fn len(&self) -> usize {
+        self.links.len()
+    }
+
+    fn after(&self, i: usize) -> usize {
+        if i + 1 == self.ends.len() { 0 } else { i + 1 }
+    }
+
+    fn triangle_sums(&self, i: usize) -> Sums {
+        self.spokes[i] + self.link_sums[i] - self.spokes[self.after(i)]
+    }
+
+    /// The sums of triangle `i` with the spokes as they are and the centre at `p`.
+    pub(super) fn total(&self, rows: &RowSums, i: usize, p: Point) -> Total {
+        rows.total(&self.triangle_sums(i), p, self.ends[i], self.ends[self.after(i)])
+    }
+
+    /// The cost of triangle `i` with the spokes as they are and the centre at `p`.
+    pub(super) fn triangle_cost(&self, rows: &RowSums, i: usize, p: Point) -> Cost {
+        Cost::of(rows, &self.triangle_sums(i), p, self.ends[i], self.ends[self.after(i)])
+    }
+
+    /// Puts the spokes aside, for [`Ring::restore`] after another trial.
+    pub(super) fn keep(&mut self) {
+        std::mem::swap(&mut self.spokes, &mut self.kept);
+    }
+
+    /// Takes back the spokes that were put aside.
+    pub(super) fn restore(&mut self) {
+        std::mem::swap(&mut self.spokes, &mut self.kept);
+    }
+
+    /// Sums the spokes for a centre at `p` and returns the cost of the fan; `None` when one of its
+    /// triangles would turn over or have no area.
+    pub(super) fn try_at(&mut self, rows: &RowSums, p: Point) -> Option<Cost> {
+        let mut shape = 0.0;
+        for i in 0..self.len() {
+            let (a, b) = (self.ends[i], self.ends[self.after(i)]);
+            if orient(p, a, b) <= 0 {
+                return None;
+            }
+            shape += flatness(p, a, b);
+        }
+        self.spokes.clear();
+        self.spokes.extend(self.ends.iter().map(|&end| rows.edge(p, end)));
+        let explained: f64 = (0..self.len()).map(|i| self.total(rows, i, p).explained()).sum();
+        Some(Cost { error: -explained, shape })
+    }
+}

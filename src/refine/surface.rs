@@ -1,0 +1,291 @@
+//! The mesh while it is refined: half-edges that carry the pixel sums, triangles that carry their cost.
+
+use rayon::prelude::*;
+
+use super::shape::flatness;
+use super::sums::{RowSums, Sums};
+use crate::geom::{Point, SUBPIXEL, Size};
+use crate::mesh::{CORNERS, Mesh, Place};
+
+/// No half-edge: the other side of the frame's border.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// The next half-edge around the triangle.
+pub(super) const fn next(h: u32) -> u32 {
+    if h % 3 == 2 { h - 2 } else { h + 1 }
+}
+
+/// The half-edge before `h` around the triangle.
+pub(super) const fn previous(h: u32) -> u32 {
+    if h % 3 == 0 { h + 2 } else { h - 1 }
+}
+
+/// What a triangle costs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Cost {
+    /// Squared error of its mean colour over its pixels, less their squares, which no change to the
+    /// mesh changes: differences are what counts. Squared 8-bit steps.
+    pub(super) error: f64,
+    /// Its [`flatness`].
+    pub(super) shape: f64,
+}
+
+impl Cost {
+    pub(super) const INFINITE: Self = Self { error: f64::INFINITY, shape: f64::INFINITY };
+
+    pub(super) fn of(rows: &RowSums, sums: &Sums, a: Point, b: Point, c: Point) -> Self {
+        Self { error: -rows.total(sums, a, b, c).explained(), shape: flatness(a, b, c) }
+    }
+
+    /// Error and shape in one number, `weight` squared 8-bit steps for each unit of flatness.
+    pub(super) fn total(self, weight: f64) -> f64 {
+        self.error + weight * self.shape
+    }
+
+    pub(super) fn scaled(self, by: f64) -> Self {
+        Self { error: self.error * by, shape: self.shape * by }
+    }
+
+    /// How much a change to `after` gains. Never positive when the error itself would rise.
+    pub(super) fn gain(self, after: Self, weight: f64) -> f64 {
+        if after.error > self.error { f64::NEG_INFINITY } else { self.total(weight) - after.total(weight) }
+    }
+}
+
+impl std::ops::Add for Cost {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        Self { error: self.error + o.error, shape: self.shape + o.shape }
+    }
+}
+
+impl std::iter::Sum for Cost {
+    fn sum<I: Iterator<Item = Self>>(costs: I) -> Self {
+        costs.fold(Self::default(), |a, b| a + b)
+    }
+}
+
+/// The place of the 32 x 32 pixel square that holds `p` on a Z-order curve.
+fn morton(p: Point) -> u32 {
+    const SQUARE_BITS: u32 = 5 + SUBPIXEL.trailing_zeros();
+    let spread = |v: i32| {
+        let mut v = v as u32 >> SQUARE_BITS;
+        v = (v | v << 8) & 0x00ff_00ff;
+        v = (v | v << 4) & 0x0f0f_0f0f;
+        v = (v | v << 2) & 0x3333_3333;
+        (v | v << 1) & 0x5555_5555
+    };
+    spread(p.x) | spread(p.y) << 1
+}
+
+/// The mesh while it is refined. Half-edge `h` belongs to triangle `h / 3` and runs from its origin to
+/// the origin of the next one.
+#[derive(Debug)]
+pub(super) struct Surface {
+    pub(super) size: Size,
+    /// The vertices in an order that keeps neighbours close together: along a Z-order curve.
+    pub(super) order: Vec<u32>,
+    /// The vertices' places.
+    pub(super) at: Vec<Point>,
+    /// The vertex that each half-edge starts from.
+    pub(super) origin: Vec<u32>,
+    /// The same edge seen from the other triangle, or [`NONE`].
+    pub(super) twin: Vec<u32>,
+    /// A half-edge that leaves each vertex; for a vertex on the border the one that runs along it.
+    pub(super) out: Vec<u32>,
+    /// The signed pixel sums of each half-edge.
+    pub(super) sums: Vec<Sums>,
+    /// The cost of each triangle.
+    pub(super) cost: Vec<Cost>,
+    /// When each triangle last changed, in ticks of `clock`.
+    pub(super) stamp: Vec<u32>,
+    /// Counts passes over the mesh.
+    pub(super) clock: u32,
+    /// Vertices that a step looks at.
+    pub(super) awake: Vec<bool>,
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        Self {
+            size: Size::new(0, 0),
+            order: Vec::new(),
+            at: Vec::new(),
+            origin: Vec::new(),
+            twin: Vec::new(),
+            out: Vec::new(),
+            sums: Vec::new(),
+            cost: Vec::new(),
+            stamp: Vec::new(),
+            clock: 0,
+            awake: Vec::new(),
+        }
+    }
+}
+
+impl Surface {
+    /// Links the half-edges of `mesh`, which must be sound. O(n).
+    pub(super) fn link(&mut self, mesh: &Mesh) {
+        self.size = mesh.size;
+        self.at.clone_from(&mesh.vertices);
+        self.order.clear();
+        self.order.extend(0..self.at.len() as u32);
+        self.order.sort_by_cached_key(|&v| morton(self.at[v as usize]));
+        self.number(mesh);
+        // Half-edges by origin: a counting sort.
+        let mut start = vec![0u32; self.at.len() + 1];
+        for &v in &self.origin {
+            start[v as usize + 1] += 1;
+        }
+        for v in 0..self.at.len() {
+            start[v + 1] += start[v];
+        }
+        let mut leaving = vec![0u32; self.origin.len()];
+        let mut fill = start.clone();
+        for (h, &v) in (0u32..).zip(&self.origin) {
+            leaving[fill[v as usize] as usize] = h;
+            fill[v as usize] += 1;
+        }
+        let range = |v: u32| start[v as usize] as usize..start[v as usize + 1] as usize;
+        self.twin.clear();
+        self.twin.extend((0..self.origin.len() as u32).map(|h| {
+            let (from, to) = (self.origin[h as usize], self.origin[next(h) as usize]);
+            let back = |g: &&u32| self.origin[next(**g) as usize] == from;
+            leaving[range(to)].iter().find(back).copied().unwrap_or(NONE)
+        }));
+        self.out.clear();
+        self.out.extend((0..self.at.len() as u32).map(|v| {
+            let leaving = &leaving[range(v)];
+            let border = leaving.iter().find(|&&h| self.twin[h as usize] == NONE);
+            border.or(leaving.first()).copied().unwrap_or(NONE)
+        }));
+        self.clock = 1;
+        self.stamp.clear();
+        self.stamp.resize(mesh.triangles.len(), self.clock);
+        self.awake.clear();
+        self.awake.resize(self.at.len(), true);
+    }
+
+    /// Numbers the triangles as `order` has their first vertices, so that neighbours lie close together.
+    fn number(&mut self, mesh: &Mesh) {
+        let mut start = vec![0u32; self.at.len() + 1];
+        for t in &mesh.triangles {
+            start[t[0] as usize] += 1;
+        }
+        let mut sum = 0;
+        for &v in &self.order {
+            sum += std::mem::replace(&mut start[v as usize], sum);
+        }
+        self.origin.clear();
+        self.origin.resize(mesh.triangles.len() * 3, 0);
+        let (triangles, _) = self.origin.as_chunks_mut::<3>();
+        for t in &mesh.triangles {
+            let at = &mut start[t[0] as usize];
+            triangles[*at as usize] = *t;
+            *at += 1;
+        }
+    }
+
+    /// Sums and costs of all edges and triangles over a new frame.
+    pub(super) fn measure(&mut self, rows: &RowSums) {
+        let Self { at, origin, twin, sums, cost, .. } = self;
+        sums.resize(origin.len(), Sums::default());
+        sums.par_chunks_mut(3 * 256).enumerate().for_each(|(chunk, sums)| {
+            for (h, sums) in (chunk as u32 * 3 * 256..).zip(sums) {
+                // The lower number of the two does the work; NONE is the highest.
+                if h < twin[h as usize] {
+                    let [from, to] = [h, next(h)].map(|h| at[origin[h as usize] as usize]);
+                    *sums = rows.edge(from, to);
+                }
+            }
+        });
+        for (h, &t) in twin.iter().enumerate() {
+            if t < h as u32 {
+                sums[h] = -sums[t as usize];
+            }
+        }
+        cost.resize(origin.len() / 3, Cost::default());
+        cost.par_chunks_mut(256).enumerate().for_each(|(chunk, costs)| {
+            for (t, cost) in (chunk * 256..).zip(costs) {
+                let [a, b, c] = [0, 1, 2].map(|i| at[origin[3 * t + i] as usize]);
+                let sums = sums[3 * t] + sums[3 * t + 1] + sums[3 * t + 2];
+                *cost = Cost::of(rows, &sums, a, b, c);
+            }
+        });
+    }
+
+    /// Number of triangles.
+    pub(super) fn triangles(&self) -> usize {
+        self.cost.len()
+    }
+
+    /// The squared error of the whole mesh.
+    pub(super) fn error(&self, rows: &RowSums) -> f64 {
+        rows.squares() + self.cost.iter().map(|cost| cost.error).sum::<f64>()
+    }
+
+    /// The three corners of triangle `t`.
+    pub(super) fn corners(&self, t: u32) -> [Point; 3] {
+        [3 * t, 3 * t + 1, 3 * t + 2].map(|h| self.place(h))
+    }
+
+    /// The vertex that half-edge `h` starts from.
+    pub(super) fn from(&self, h: u32) -> u32 {
+        self.origin[h as usize]
+    }
+
+    /// The vertex that half-edge `h` runs to.
+    pub(super) fn to(&self, h: u32) -> u32 {
+        self.origin[next(h) as usize]
+    }
+
+    /// The place of the vertex that half-edge `h` starts from.
+    pub(super) fn place(&self, h: u32) -> Point {
+        self.at[self.origin[h as usize] as usize]
+    }
+
+    /// Where vertex `v` may move.
+    pub(super) fn freedom(&self, v: u32) -> Place {
+        if (v as usize) < CORNERS { Place::Corner } else { Place::of(self.at[v as usize], self.size) }
+    }
+
+    /// Calls `visit` with the half-edges that leave `v`, in the order of their triangles around it.
+    pub(super) fn around(&self, v: u32, mut visit: impl FnMut(u32)) {
+        let first = self.out[v as usize];
+        let mut h = first;
+        loop {
+            visit(h);
+            h = self.twin[previous(h) as usize];
+            if h == first || h == NONE {
+                return;
+            }
+        }
+    }
+
+    /// Writes the sums of half-edge `h` and its twin.
+    pub(super) fn set_sums(&mut self, h: u32, sums: Sums) {
+        self.sums[h as usize] = sums;
+        let twin = self.twin[h as usize];
+        if twin != NONE {
+            self.sums[twin as usize] = -sums;
+        }
+    }
+
+    /// Takes up that triangle `t` has changed: its cost, its stamp, and its vertices wake up.
+    pub(super) fn changed(&mut self, t: u32, cost: Cost) {
+        self.cost[t as usize] = cost;
+        self.stamp[t as usize] = self.clock;
+        for i in 0..3 {
+            self.awake[self.origin[(3 * t + i) as usize] as usize] = true;
+        }
+    }
+
+    /// Writes the vertices and triangles back, in canonical order.
+    pub(super) fn store(&self, mesh: &mut Mesh) {
+        mesh.vertices.clone_from(&self.at);
+        let (triangles, _) = self.origin.as_chunks::<3>();
+        mesh.triangles.clear();
+        mesh.triangles.extend_from_slice(triangles);
+        Mesh::canonicalise(&mut mesh.triangles);
+    }
+}
