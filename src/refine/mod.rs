@@ -68,10 +68,18 @@ pub struct Refiner {
 impl Refiner {
     /// Refines.
     pub fn refine(&mut self, mesh: &mut Mesh, frame: &Frame, options: &RefineOptions) -> Refined {
-        let tm=std::time::Instant::now(); let lap=|w:&str| if std::env::var_os("LAP").is_some() {eprintln!("{w} {:.2}", tm.elapsed().as_secs_f64()*1e3)};
-        self.rows.load(frame); lap("load");
+        let tm = std::time::Instant::now();
+        let lap = |w: &str| {
+            if std::env::var_os("LAP").is_some() {
+                eprintln!("{w} {:.2}", tm.elapsed().as_secs_f64() * 1e3)
+            }
+        };
+        self.rows.load(frame);
+        lap("load");
         self.surface.link(mesh);
-        lap("link"); self.surface.measure(&self.rows); lap("measure");
+        lap("link");
+        self.surface.measure(&self.rows);
+        lap("measure");
         self.reach.clear();
         self.reach.resize(mesh.vertices.len(), FIRST_REACH);
         let before = self.surface.error(&self.rows);
@@ -86,9 +94,17 @@ impl Refiner {
         let mut start = self.surface.clock;
         for _ in 0..options.steps {
             let most = (options.replace * mesh.vertices.len() as f64).ceil() as usize;
-            lap("-");let replaced = if options.replace > 0. { replace(&mut self.surface, &mut self.worth, most, field) } else {vec![]};
-            for &v in &replaced { self.reach[v as usize] = FIRST_REACH; }
-            lap("replace");refined.replaced += replaced.len();
+            lap("-");
+            let replaced = if options.replace > 0. {
+                replace(&mut self.surface, &mut self.worth, most, field)
+            } else {
+                vec![]
+            };
+            for &v in &replaced {
+                self.reach[v as usize] = FIRST_REACH;
+            }
+            lap("replace");
+            refined.replaced += replaced.len();
             self.surface.clock += 1;
             let mut moved = 0;
             for block in 0..self.surface.order.len().div_ceil(BLOCK) {
@@ -106,9 +122,11 @@ impl Refiner {
                         descend(&mut self.surface, &mut self.reach, class, field, &mut self.visits);
                 }
             }
-            lap("moves");self.surface.clock += 1;
+            lap("moves");
+            self.surface.clock += 1;
             let flipped = flip(&mut self.surface, start, field, &mut self.edges);
-            start = self.surface.clock; lap("flip");
+            start = self.surface.clock;
+            lap("flip");
             refined.steps += 1;
             refined.moved += moved;
             refined.flipped += flipped;
@@ -117,7 +135,9 @@ impl Refiner {
             }
         }
         refined.error_after = self.surface.error(&self.rows);
-        lap("end");self.surface.store(mesh);lap("store");
+        lap("end");
+        self.surface.store(mesh);
+        lap("store");
         refined
     }
 }

@@ -132,7 +132,14 @@ pub(super) fn take_out(
 
 /// Puts vertex `v` at `p` inside the polygon of `ring`, whose spokes are those of `p`: its triangles
 /// and the two of `spare` become the fan around it.
-pub(super) fn put_in(surface: &mut Surface, rows: &RowSums, ring: &Ring, v: u32, p: Point, spare: [u32; 2]) {
+pub(super) fn put_in(
+    surface: &mut Surface,
+    rows: &RowSums,
+    ring: &Ring,
+    v: u32,
+    p: Point,
+    spare: [u32; 2],
+) {
     let links = links(surface, ring);
     let mut slots: Vec<u32> = ring.links.iter().map(|&h| h / 3).collect();
     slots.sort_unstable();

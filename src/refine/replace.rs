@@ -95,13 +95,19 @@ fn fan_cost(surface: &Surface, ring: &Ring) -> Cost {
 
 /// Moves up to `most` inner vertices whose surroundings do best without them to the places where one
 /// more vertex gains most, the cheapest to the best, each as long as that pays. Returns the vertices.
-pub(super) fn replace(surface: &mut Surface, worth: &mut Worth, most: usize, field: Field) -> Vec<u32> {
+pub(super) fn replace(
+    surface: &mut Surface,
+    worth: &mut Worth,
+    most: usize,
+    field: Field,
+) -> Vec<u32> {
     surface.clock += 1;
     worth.update(surface, field);
     let weight = field.weight;
     let total = |v: u32| worth.loss[v as usize].total(weight);
-    let mut leaving: Vec<u32> =
-        (0..surface.at.len() as u32).filter(|&v| worth.loss[v as usize].shape.is_finite()).collect();
+    let mut leaving: Vec<u32> = (0..surface.at.len() as u32)
+        .filter(|&v| worth.loss[v as usize].shape.is_finite())
+        .collect();
     leaving.sort_unstable_by(|&a, &b| total(a).total_cmp(&total(b)).then(a.cmp(&b)));
     leaving.truncate(most * 2);
     let Some(&cheapest) = leaving.first() else { return Vec::new() };
@@ -122,9 +128,8 @@ pub(super) fn replace(surface: &mut Surface, worth: &mut Worth, most: usize, fie
         let mut around = Ring::default();
         let next = leaving.find(|&v| {
             around.surround(surface, v);
-            let free = |&h: &u32| {
-                !taken[h as usize / 3] && ring.links.iter().all(|&g| g / 3 != h / 3)
-            };
+            let free =
+                |&h: &u32| !taken[h as usize / 3] && ring.links.iter().all(|&g| g / 3 != h / 3);
             around.links.iter().all(free)
         });
         let Some(v) = next else { break };
@@ -199,7 +204,13 @@ fn best_opening(surface: &Surface, t: u32, field: Field, ring: &mut Ring) -> Opt
 /// Steps that a new vertex takes before its gain is counted.
 const SETTLING: usize = 4;
 
-fn settle(site: Site, start: Point, before: Cost, field: Field, ring: &mut Ring) -> Option<Opening> {
+fn settle(
+    site: Site,
+    start: Point,
+    before: Cost,
+    field: Field,
+    ring: &mut Ring,
+) -> Option<Opening> {
     let weight = field.weight;
     let mut place = start;
     let mut cost = ring.try_at(field.rows, place)?;

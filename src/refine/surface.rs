@@ -48,7 +48,11 @@ impl Cost {
 
     /// How much a change to `after` gains. Never positive when the error itself would rise.
     pub(super) fn gain(self, after: Self, weight: f64) -> f64 {
-        if after.error > self.error { f64::NEG_INFINITY } else { self.total(weight) - after.total(weight) }
+        if after.error > self.error {
+            f64::NEG_INFINITY
+        } else {
+            self.total(weight) - after.total(weight)
+        }
     }
 }
 
@@ -246,7 +250,11 @@ impl Surface {
 
     /// Where vertex `v` may move.
     pub(super) fn freedom(&self, v: u32) -> Place {
-        if (v as usize) < CORNERS { Place::Corner } else { Place::of(self.at[v as usize], self.size) }
+        if (v as usize) < CORNERS {
+            Place::Corner
+        } else {
+            Place::of(self.at[v as usize], self.size)
+        }
     }
 
     /// Calls `visit` with the half-edges that leave `v`, in the order of their triangles around it.
