@@ -8,6 +8,7 @@ use super::surface::{Surface, next};
 #[derive(Debug, Default)]
 pub(super) struct Colouring {
     colour: Vec<u8>,
+    /// The classes; later ones may be empty.
     pub(super) classes: Vec<Vec<u32>>,
 }
 

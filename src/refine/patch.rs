@@ -62,7 +62,9 @@ impl Closing {
                 continue;
             }
             let cost = cost + self.triangle_cost(rows, &ring.ends, [i, m, j]);
-            if cost.shape.is_finite() && cost.total(weight) < self.best[i][j].total(weight) {
+            let better = !self.best[i][j].shape.is_finite()
+                || cost.total(weight) < self.best[i][j].total(weight);
+            if cost.shape.is_finite() && better {
                 self.best[i][j] = cost;
                 self.apex[i][j] = m as u8;
             }
