@@ -196,7 +196,7 @@ impl std::str::FromStr for Thresholds {
 
 impl Default for Thresholds {
     fn default() -> Self {
-        Self { high: 0.12, medium: 0.06, low: 0.02 }
+        Self { high: 0.2, medium: 0.1, low: 0.02 }
     }
 }
 
@@ -216,15 +216,22 @@ pub struct Options {
     pub points: Points,
     /// Decides all chance. Default 0.
     pub seed: u64,
+    /// How often the frame is smoothed (3x3 binomial) before its colours are clustered, 0..=8, so that
+    /// grain draws no regions; the paper does not. Default 2.
+    pub smoothing: u32,
     /// Colour clusters of level one, 2..=64. Default 8.
     pub clusters: u32,
-    /// Every how many pixels of a region's boundary one becomes a candidate, 1..=64. Default 2.
+    /// Every how many pixels of a region's boundary one becomes a candidate, 1..=64. Default 3 (see `docs/calibration.md`).
     pub interval: u32,
+    /// Share of the pixels inside the regions that become candidates, 0..=1. Default 0.001.
+    pub interior: f64,
     /// Area of a grid cell as a share of the frame's area, above 0 and at most 1; `None` solves it
     /// from [`Options::points`]. Default `None`.
     pub hex_density: Option<f64>,
     /// Points that the densest cells keep, 1..=64. Default 4.
     pub max_points: u32,
+    /// Points that the sparsest cells keep, where they have any, 0..=`max_points`. Default 1.
+    pub default_points: u32,
     /// Densities that tell dense cells from sparse ones.
     pub thresholds: Thresholds,
     /// Colour of lines drawn along the edges of the mesh; `None` draws none. Default `None`.
@@ -237,10 +244,13 @@ impl Default for Options {
             method: Method::default(),
             points: Points::default(),
             seed: 0,
+            smoothing: 2,
             clusters: 8,
-            interval: 2,
+            interval: 3,
+            interior: 0.001,
             hex_density: None,
             max_points: 4,
+            default_points: 1,
             thresholds: Thresholds::default(),
             outline: None,
         }
@@ -248,9 +258,9 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The paper to the letter: no refinement, no coherence.
+    /// The paper to the letter: no smoothing, no refinement, no coherence.
     pub fn paper() -> Self {
-        Self::default()
+        Self { smoothing: 0, interval: 5, ..Self::default() }
     }
 
     /// The preset called `name`.
@@ -276,9 +286,14 @@ impl Options {
             }
             _ => {}
         }
+        check_range("smoothing", self.smoothing, 0, 8)?;
         check_range("clusters", self.clusters, 2, 64)?;
         check_range("interval", self.interval, 1, 64)?;
+        if !(0.0..=1.0).contains(&self.interior) {
+            return Err(out_of_range("interior", self.interior, "0 to 1"));
+        }
         check_range("max-points", self.max_points, 1, 64)?;
+        check_range("default-points", self.default_points, 0, self.max_points)?;
         if let Some(density) = self.hex_density
             && !(density > 0.0 && density <= 1.0)
         {

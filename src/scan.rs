@@ -76,18 +76,37 @@ struct Crossing {
 impl Crossing {
     /// The edge from `upper` down to `lower` at row `row`, whose centre the edge spans.
     fn new(upper: Point, lower: Point, row: i32) -> Self {
-        let (dx, dy) =
-            (i64::from(lower.x) - i64::from(upper.x), i64::from(lower.y) - i64::from(upper.y));
-        let down = i64::from(row * SUBPIXEL + HALF - upper.y);
-        // column = ceil((x - 128) / 256) with x = upper.x + down * dx / dy.
-        let divisor = dy * i64::from(SUBPIXEL);
-        let numerator = i64::from(upper.x - HALF) * dy + down * dx + divisor - 1;
-        Self {
-            column: numerator.div_euclid(divisor) as i32,
-            rest: numerator.rem_euclid(divisor),
-            column_step: dx.div_euclid(dy) as i32,
-            rest_step: dx.rem_euclid(dy) * i64::from(SUBPIXEL),
-            divisor,
+        let (dx, dy) = (lower.x - upper.x, lower.y - upper.y);
+        let down = row * SUBPIXEL + HALF - upper.y;
+        // column = ceil((x - 128) / 256) with x = upper.x + down * dx / dy; the whole pixels of
+        // upper.x - 128 are taken out first, so that what is left to divide is small.
+        let (base, fraction) =
+            ((upper.x - HALF).div_euclid(SUBPIXEL), (upper.x - HALF) & (SUBPIXEL - 1));
+        // Edges below 4096 pixels entered within four rows of their top, that is nearly all, divide in
+        // 32 bits: |fraction * dy + down * dx| < 2^28 + 2^30 and divisors are below 2^28.
+        const SHORT: i32 = 1 << 20;
+        if dx.abs() < SHORT && dy < SHORT && down < 4 * SUBPIXEL {
+            let divisor = dy * SUBPIXEL;
+            let (column, rest) = floor_div(fraction * dy + down * dx + divisor - 1, divisor);
+            let (column_step, rest_step) = floor_div(dx, dy);
+            Self {
+                column: base + column,
+                rest: rest.into(),
+                column_step,
+                rest_step: (rest_step * SUBPIXEL).into(),
+                divisor: divisor.into(),
+            }
+        } else {
+            let [dx, dy, down] = [dx, dy, down].map(i64::from);
+            let divisor = dy * i64::from(SUBPIXEL);
+            let numerator = i64::from(fraction) * dy + down * dx + divisor - 1;
+            Self {
+                column: base + numerator.div_euclid(divisor) as i32,
+                rest: numerator.rem_euclid(divisor),
+                column_step: dx.div_euclid(dy) as i32,
+                rest_step: dx.rem_euclid(dy) * i64::from(SUBPIXEL),
+                divisor,
+            }
         }
     }
 
@@ -99,6 +118,12 @@ impl Crossing {
             self.column += 1;
         }
     }
+}
+
+/// Quotient rounded down, and what is left, with one division. The divisor is positive.
+const fn floor_div(numerator: i32, divisor: i32) -> (i32, i32) {
+    let (quotient, rest) = (numerator / divisor, numerator % divisor);
+    if rest < 0 { (quotient - 1, rest + divisor) } else { (quotient, rest) }
 }
 
 #[cfg(test)]

@@ -1,12 +1,23 @@
 //! Level one: which pixels of a frame matter.
 
+pub mod canny;
+pub mod change;
+pub mod diffusion;
+pub mod edges;
+pub mod entropy;
+mod lab;
 pub mod mask;
+pub mod plane;
 pub mod region;
+pub mod saliency;
+pub mod slic;
+pub mod smooth;
 
 use crate::frame::Frame;
 use crate::options::{Method, Options};
 use mask::Mask;
-use region::Picks;
+use region::{Picks, Regions};
+use smooth::smooth;
 
 /// What level one found in a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,13 +42,26 @@ impl Extractor {
     pub fn extract(&mut self, frame: &Frame) -> Features {
         match self.options.method {
             Method::Hrlp => {
-                let regions = region::segment(frame, self.options.clusters as usize, None);
+                let regions = self.regions(frame);
                 Features { candidates: region::pick_points(&regions, self.picks()) }
             }
         }
     }
 
+    /// The colour regions that [`Extractor::extract`] would find in `frame`.
+    pub fn regions(&self, frame: &Frame) -> Regions {
+        let clusters = self.options.clusters as usize;
+        let smoothed = (0..self.options.smoothing).fold(None, |smoothed: Option<Frame>, _| {
+            Some(smooth(smoothed.as_ref().unwrap_or(frame)))
+        });
+        region::segment(smoothed.as_ref().unwrap_or(frame), clusters, None)
+    }
+
     fn picks(&self) -> Picks {
-        Picks { seed: self.options.seed, interval: self.options.interval, interior: 0.01 }
+        Picks {
+            seed: self.options.seed,
+            interval: self.options.interval,
+            interior: self.options.interior,
+        }
     }
 }

@@ -1,11 +1,11 @@
 //! Algorithm 1 of the paper: seeds by the density of feature points in the cells of the grid.
 
-use crate::chance::{Purpose, rank};
+use crate::chance::{Purpose, rank, unit};
 use crate::feature::mask::Mask;
 use crate::hex::HexGrid;
 use crate::options::Thresholds;
 
-/// How many points a cell keeps.
+/// How many points a cell keeps (paper, Algorithm 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quota {
     /// The densest cells keep this many.
@@ -18,7 +18,7 @@ pub struct Quota {
 
 impl Quota {
     /// The quota of a cell with `candidates` feature points on `area` square pixels.
-    pub fn of(&self, candidates: usize, area: f64) -> usize {
+    pub fn of(&self, candidates: usize, area: f64) -> u32 {
         let density = candidates as f64 / area;
         let quota = if density > self.thresholds.high {
             self.max_points
@@ -30,46 +30,173 @@ impl Quota {
             self.default_points
         };
         // A quarter of few points is still one: a denser cell never keeps less than a sparse one.
-        quota.max(self.default_points) as usize
+        quota.max(self.default_points)
     }
 }
 
-/// A candidate pixel in its cell, with its rank by chance.
+/// A feature point, with its rank by chance among those of its cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate {
-    cell: u32,
     rank: u32,
-    x: u32,
-    y: u32,
+    x: u16,
+    y: u16,
 }
 
-/// The candidates that the quota keeps: of each cell those with the smallest ranks. Cell by cell, in
-/// the order of ranks inside a cell.
-pub fn sample(candidates: &Mask, grid: &HexGrid, quota: &Quota, seed: u64) -> Vec<(u32, u32)> {
-    let mut sorted: Vec<Candidate> = candidates
-        .iter()
-        .map(|(x, y)| Candidate {
-            cell: grid.cell_of_pixel(x, y) as u32,
-            rank: (rank(seed, Purpose::Keep, x, y) >> 32) as u32,
-            x,
-            y,
-        })
-        .collect();
-    sorted.sort_unstable();
-    let area = grid.cell_area();
-    sorted
-        .chunk_by(|a, b| a.cell == b.cell)
-        .flat_map(|cell| &cell[..quota.of(cell.len(), area).min(cell.len())])
-        .map(|candidate| (candidate.x, candidate.y))
-        .collect()
+/// The feature points of a frame, cell by cell.
+#[derive(Clone, Debug)]
+pub struct Binned {
+    candidates: Vec<Candidate>,
+    /// Where each cell's candidates begin, and where the last one's end.
+    starts: Vec<u32>,
+    quotas: Vec<u32>,
+    /// A number in 0..1 by chance for each cell, which decides how a broken quota is rounded.
+    dither: Vec<f64>,
 }
 
-/// The number of points that [`sample`] would keep.
-pub fn count(candidates: &Mask, grid: &HexGrid, quota: &Quota) -> usize {
-    let mut cells = vec![0usize; grid.cells()];
-    for (x, y) in candidates.iter() {
-        cells[grid.cell_of_pixel(x, y)] += 1;
+impl Binned {
+    /// Sorts `candidates` into the cells of `grid`.
+    pub fn new(candidates: &Mask, grid: &HexGrid, quota: &Quota, seed: u64) -> Self {
+        let mut unsorted = Vec::with_capacity(candidates.len());
+        let mut starts = vec![0u32; grid.cells() + 1];
+        for (x, y) in candidates.iter() {
+            let cell = grid.cell_of_pixel(x, y);
+            starts[cell + 1] += 1;
+            let rank = (rank(seed, Purpose::Keep, x, y) >> 32) as u32;
+            unsorted.push((cell as u32, Candidate { rank, x: x as u16, y: y as u16 }));
+        }
+        let area = grid.cell_area();
+        let quotas = starts[1..].iter().map(|&n| quota.of(n as usize, area)).collect();
+        for cell in 0..grid.cells() {
+            starts[cell + 1] += starts[cell];
+        }
+        let mut next = starts.clone();
+        let mut candidates = vec![Candidate { rank: 0, x: 0, y: 0 }; unsorted.len()];
+        for (cell, candidate) in unsorted {
+            let place = &mut next[cell as usize];
+            candidates[*place as usize] = candidate;
+            *place += 1;
+        }
+        let dither =
+            (0..grid.cells()).map(|cell| unit(seed, Purpose::Trim, cell as u32, 0)).collect();
+        Self { candidates, starts, quotas, dither }
     }
-    let area = grid.cell_area();
-    cells.iter().map(|&n| quota.of(n, area).min(n)).sum()
+
+    fn held(&self, cell: usize) -> usize {
+        (self.starts[cell + 1] - self.starts[cell]) as usize
+    }
+
+    /// How many candidates `cell` keeps when quotas are multiplied by `scale`.
+    fn kept(&self, cell: usize, scale: f64) -> usize {
+        let quota = f64::from(self.quotas[cell]) * scale + self.dither[cell];
+        // A scale of exactly 1 keeps the quota itself: the dither is below 1.
+        (quota as usize).min(self.held(cell))
+    }
+
+    /// The number of points kept at `scale`.
+    pub fn count(&self, scale: f64) -> usize {
+        (0..self.quotas.len()).map(|cell| self.kept(cell, scale)).sum()
+    }
+
+    /// The largest scale at which at most `target` points are kept, as far as bisection can tell it.
+    pub fn solve(&self, target: usize) -> f64 {
+        let most = self.candidates.len();
+        let (mut low, mut high) = (0.0, 1.0);
+        while self.count(high) <= target {
+            // Beyond the number of candidates nothing more can be kept.
+            if high > most as f64 {
+                return high;
+            }
+            (low, high) = (high, high * 2.0);
+        }
+        // 40 halvings tell apart scales that differ by 1e-12: one point at a time.
+        for _ in 0..40 {
+            let middle = (low + high) / 2.0;
+            if self.count(middle) <= target { low = middle } else { high = middle }
+        }
+        low
+    }
+
+    /// The points kept at `scale`: of each cell those with the smallest ranks, in rising rank.
+    pub fn keep(&mut self, scale: f64) -> Vec<(u32, u32)> {
+        let mut points = Vec::with_capacity(self.count(scale));
+        for cell in 0..self.quotas.len() {
+            let kept = self.kept(cell, scale);
+            let (start, end) = (self.starts[cell] as usize, self.starts[cell + 1] as usize);
+            let held = &mut self.candidates[start..end];
+            if kept > 0 && kept < held.len() {
+                held.select_nth_unstable(kept - 1);
+            }
+            held[..kept].sort_unstable();
+            points.extend(held[..kept].iter().map(|c| (u32::from(c.x), u32::from(c.y))));
+        }
+        points
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Size;
+    use proptest::prelude::*;
+
+    fn quota() -> Quota {
+        let thresholds = Thresholds { high: 0.2, medium: 0.1, low: 0.02 };
+        Quota { max_points: 8, thresholds, default_points: 1 }
+    }
+
+    #[test]
+    fn quotas_follow_algorithm_1() {
+        for (candidates, kept) in [(0, 1), (2, 1), (3, 2), (10, 2), (11, 4), (20, 4), (21, 8)] {
+            assert_eq!(quota().of(candidates, 100.0), kept, "{candidates} on 100 pixels");
+        }
+        assert_eq!(Quota { max_points: 2, ..quota() }.of(3, 100.0), 1, "a quarter of two");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(40))]
+
+        #[test]
+        fn kept_points_are_candidates_within_quota_and_near_the_target(
+            share in 0.0f64..1.0,
+            width in 4.0f64..30.0,
+            target in 0usize..2000,
+            seed: u64,
+        ) {
+            let size = Size::new(90, 70);
+            let mut mask = Mask::new(size);
+            for y in 0..size.height {
+                for x in (0..size.width).filter(|&x| unit(seed, Purpose::Noise, x, y) < share) {
+                    mask.insert(x, y);
+                }
+            }
+            let grid = HexGrid::new(size, width);
+            let mut binned = Binned::new(&mask, &grid, &quota(), seed);
+            let scale = binned.solve(target);
+            let mut points = binned.keep(scale);
+            prop_assert!(points.len() <= target);
+            // Cells differ in their dither, so that bisection reaches the target to the point.
+            prop_assert!(points.len() + 1 >= target.min(mask.len()));
+            prop_assert!(points.iter().all(|&(x, y)| mask.contains(x, y)));
+            let mut per_cell = vec![0; grid.cells()];
+            for &(x, y) in &points {
+                per_cell[grid.cell_of_pixel(x, y)] += 1;
+            }
+            prop_assert!((0..grid.cells()).all(|cell| per_cell[cell] == binned.kept(cell, scale)));
+            points.sort_unstable();
+            points.dedup();
+            prop_assert_eq!(points.len(), per_cell.iter().sum::<usize>(), "no point twice");
+        }
+    }
+
+    #[test]
+    fn quotas_at_scale_one_are_kept_to_the_letter() {
+        let size = Size::new(60, 60);
+        let mut mask = Mask::new(size);
+        (0..60).for_each(|y| (0..60).for_each(|x| mask.insert(x, y)));
+        let grid = HexGrid::new(size, 12.0);
+        let binned = Binned::new(&mask, &grid, &quota(), 3);
+        for cell in 0..grid.cells() {
+            assert_eq!(binned.kept(cell, 1.0), binned.held(cell).min(binned.quotas[cell] as usize));
+        }
+    }
 }

@@ -2,14 +2,15 @@
 
 pub mod border;
 pub mod density;
+pub mod spread;
 
-use crate::chance::{Purpose, rank};
 use crate::feature::Features;
-use crate::feature::mask::Mask;
 use crate::geom::{Point, Size};
 use crate::hex::HexGrid;
 use crate::options::Options;
-use density::Quota;
+use border::border_points;
+use density::{Binned, Quota};
+use spread::spread;
 
 /// The seeds of a frame and how they came to be.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -40,37 +41,42 @@ impl Sampler {
         Self { options: options.clone() }
     }
 
-    /// The grid and the seeds' quota for these candidates: what [`Sampler::sample`] works with.
-    pub fn grid(&self, features: &Features) -> HexGrid {
-        let size = features.candidates.size();
+    /// The grid over a frame of `size`. It depends on nothing else, so that it stays the same for a
+    /// whole stream.
+    pub fn grid(&self, size: Size) -> HexGrid {
         match self.options.hex_density {
             Some(density) => HexGrid::with_density(size, density),
             None => {
-                let target = self.options.points.target(size);
-                let inside = target - border::border_points(size, border_count(size, target)).len();
-                solve_grid(&features.candidates, &self.quota(), inside)
+                let target = self.options.points.target(size).max(1);
+                let cell_points = f64::from(self.options.max_points) / CELLS_PER_MAX_POINTS;
+                HexGrid::with_cell_area(size, size.pixels() as f64 / target as f64 * cell_points)
             }
         }
     }
 
     /// The seeds of the next frame.
+    ///
+    /// The number of seeds is the target of [`Options::points`]: quotas are multiplied by one common
+    /// factor to meet it. With [`Options::hex_density`] quotas are taken to the letter instead, and the
+    /// number follows from them.
     pub fn sample(&mut self, features: &Features) -> Sampled {
-        let candidates = &features.candidates;
-        let size = candidates.size();
+        let size = features.candidates.size();
         let seed = self.options.seed;
-        let grid = self.grid(features);
-        let mut chosen = density::sample(candidates, &grid, &self.quota(), seed);
+        let grid = self.grid(size);
+        let mut binned = Binned::new(&features.candidates, &grid, &self.quota(), seed);
         let mut seeds;
+        let mut inside;
         if self.options.hex_density.is_some() {
-            seeds = border::border_points(size, border_count(size, chosen.len()));
+            inside = binned.keep(1.0);
+            seeds = border_points(size, border_count(size, inside.len()));
         } else {
             let target = self.options.points.target(size);
-            seeds = border::border_points(size, border_count(size, target));
-            let inside = target - seeds.len();
-            trim(&mut chosen, inside, seed);
-            top_up(&mut chosen, inside, size, seed);
+            seeds = border_points(size, border_count(size, target));
+            let target = target - seeds.len();
+            inside = binned.keep(binned.solve(target));
+            spread(&mut inside, target, &grid, seed);
         }
-        seeds.extend(chosen.iter().map(|&(x, y)| Point::pixel_centre(x, y)));
+        seeds.extend(inside.iter().map(|&(x, y)| Point::pixel_centre(x, y)));
         Sampled { born: seeds.len(), seeds, ..Sampled::default() }
     }
 
@@ -78,10 +84,14 @@ impl Sampler {
         Quota {
             max_points: self.options.max_points,
             thresholds: self.options.thresholds,
-            default_points: 1,
+            default_points: self.options.default_points,
         }
     }
 }
+
+/// Where the number of seeds is given, a cell's area is that of `max_points` seeds divided by this:
+/// most cells keep far less than the most. From `docs/calibration.md`.
+const CELLS_PER_MAX_POINTS: f64 = 8.0;
 
 /// How many of `seeds` seeds go to the border: one every two mean distances between seeds.
 fn border_count(size: Size, seeds: usize) -> usize {
@@ -90,81 +100,51 @@ fn border_count(size: Size, seeds: usize) -> usize {
     ((perimeter / (2.0 * distance)) as usize).min(seeds / 4)
 }
 
-/// A grid whose cells keep at least `target` of the candidates and hardly more: the coarsest that
-/// bisection finds. Where even the finest grid keeps fewer, the finest.
-fn solve_grid(candidates: &Mask, quota: &Quota, target: usize) -> HexGrid {
-    let size = candidates.size();
-    let enough = |width: f64| {
-        let grid = HexGrid::new(size, width);
-        let kept = density::count(candidates, &grid, quota);
-        (kept >= target, kept)
-    };
-    // A frame-wide cell keeps max_points; cells of a pixel keep every candidate.
-    let (mut fine, mut coarse) = (1.0, f64::from(size.width.max(size.height)) * 2.0);
-    // The count goes nearly with 1 / width^2: begin close to the answer.
-    let mut width = (size.pixels() as f64 / target.max(1) as f64 * 2.0).sqrt().clamp(fine, coarse);
-    for _ in 0..24 {
-        let (is_enough, kept) = enough(width);
-        if is_enough {
-            fine = width;
-            if kept <= target + target / 200 {
-                break;
-            }
-        } else {
-            coarse = width;
-        }
-        let guess = width * (kept.max(1) as f64 / (target as f64 * 1.002).max(1.0)).sqrt();
-        let inside = fine + (coarse - fine) * 0.02..coarse - (coarse - fine) * 0.02;
-        width = if inside.contains(&guess) { guess } else { (fine + coarse) / 2.0 };
-        if coarse / fine < 1.0005 {
-            break;
-        }
-    }
-    HexGrid::new(size, fine)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::feature::mask::Mask;
+    use crate::options::Points;
+    use crate::triangulate::triangulate;
 
-/// Drops points until `target` are left: those with the largest ranks by chance.
-fn trim(points: &mut Vec<(u32, u32)>, target: usize, seed: u64) {
-    if points.len() > target {
-        points.sort_unstable_by_key(|&(x, y)| (rank(seed, Purpose::Trim, x, y), x, y));
-        points.truncate(target);
-    }
-}
-
-/// Adds pixels by chance, spread over the frame, until there are `target` points: a flat picture has
-/// few feature points, yet gets the seeds that it was asked to have.
-fn top_up(points: &mut Vec<(u32, u32)>, target: usize, size: Size, seed: u64) {
-    if points.len() >= target {
-        return;
-    }
-    let missing = target - points.len();
-    let mut taken = Mask::new(size);
-    for &(x, y) in points.iter() {
-        taken.insert(x, y);
-    }
-    // One free pixel of the smallest rank in each of as many cells as are missing, in finer grids
-    // until enough are found.
-    let mut free = Vec::new();
-    let mut area = size.pixels() as f64 / missing as f64;
-    while points.len() < target {
-        let grid = HexGrid::with_cell_area(size, area);
-        free.clear();
-        free.resize(grid.cells(), None);
-        for y in 0..size.height {
-            for x in (0..size.width).filter(|&x| !taken.contains(x, y)) {
-                let best: &mut Option<(u64, u32, u32)> = &mut free[grid.cell_of_pixel(x, y)];
-                let mine = (rank(seed, Purpose::Interior, x, y), x, y);
-                if best.is_none_or(|best| mine < best) {
-                    *best = Some(mine);
-                }
+    fn features(size: Size, every: usize) -> Features {
+        let mut candidates = Mask::new(size);
+        for y in (0..size.height).step_by(every) {
+            for x in (0..size.width / 2).step_by(every) {
+                candidates.insert(x, y);
             }
         }
-        let mut found: Vec<_> = free.iter().flatten().copied().collect();
-        found.sort_unstable();
-        for &(_, x, y) in found.iter().take(target - points.len()) {
-            taken.insert(x, y);
-            points.push((x, y));
+        Features { candidates }
+    }
+
+    #[test]
+    fn the_number_of_seeds_is_met_and_never_passed() {
+        let size = Size::new(120, 80);
+        for points in [1, 2, 3, 10, 57, 500, 4000, 9600] {
+            for every in [1, 3, 200] {
+                let options = Options { points: Points::Count(points), ..Options::default() };
+                let sampled = Sampler::new(&options).sample(&features(size, every));
+                assert_eq!(sampled.seeds.len(), points as usize, "{points} points, every {every}");
+                let mesh = triangulate(size, &sampled.seeds).expect("distinct seeds");
+                assert_eq!(mesh.check(), Ok(()));
+            }
         }
-        area /= 2.0;
+    }
+
+    #[test]
+    fn a_frame_too_small_for_seeds_has_none() {
+        let sampled = Sampler::new(&Options::default()).sample(&features(Size::new(1, 1), 1));
+        assert!(sampled.seeds.is_empty());
+    }
+
+    #[test]
+    fn a_given_density_fixes_the_grid_and_the_number_follows() {
+        let size = Size::new(120, 80);
+        let options = Options { hex_density: Some(0.01), ..Options::default() };
+        let mut sampler = Sampler::new(&options);
+        assert!((sampler.grid(size).cell_area() - 96.0).abs() < 1e-9);
+        // Half of about 100 cells are dense and keep four.
+        let seeds = sampler.sample(&features(size, 1)).seeds.len();
+        assert!((200..300).contains(&seeds), "{seeds}");
     }
 }

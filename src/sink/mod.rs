@@ -1,7 +1,22 @@
 //! Where frames go. One format a file; unfinished outputs never stand under their final name.
 
-use crate::error::Result;
-use crate::frame::{Fill, Frame, Span};
+mod gif;
+mod null;
+mod palette;
+pub mod place;
+mod still;
+mod unfinished;
+
+pub use unfinished::remove_unfinished;
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+use crate::frame::{Fill, Frame, Loops, Rgba, Span, StreamInfo};
+use crate::pattern::Pattern;
+
+use place::Series;
+use still::Format;
 
 /// A finished frame on its way to a sink.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,4 +43,96 @@ pub trait Sink: Send {
     /// # Errors
     /// When the last bytes cannot be written.
     fn finish(self: Box<Self>) -> Result<()>;
+}
+
+/// How an output is written.
+#[derive(Clone, Debug)]
+pub struct SinkOptions {
+    /// Whether existing outputs may be replaced. Default: no.
+    pub overwrite: bool,
+    /// What shows through transparent pixels where a format has none. Default: white.
+    pub background: Rgba,
+    /// How often an animation plays. Default: as the input does.
+    pub loops: Option<Loops>,
+    /// The files that are being read; none of them may be the output. Default: none.
+    pub inputs: Vec<PathBuf>,
+    /// Quality of JPEG, 1 to 100. Default: 90.
+    pub quality: Option<u8>,
+}
+
+impl Default for SinkOptions {
+    fn default() -> Self {
+        Self {
+            overwrite: false,
+            background: [255; 4],
+            loops: None,
+            inputs: Vec::new(),
+            quality: None,
+        }
+    }
+}
+
+/// Makes the sink that `output` asks for by its name: a still (`.png`, `.jpg`, `.webp` ...), a
+/// numbered sequence (`frame_%04d.png`, or a folder), a `.gif`, or `null:`, which discards.
+/// `info` is the stream that will be written.
+///
+/// # Errors
+/// When the name's format is unknown or does not suit the stream, the output exists, is an input, or
+/// cannot be written.
+pub fn create(output: &str, info: &StreamInfo, options: &SinkOptions) -> Result<Box<dyn Sink>> {
+    if output == "null:" {
+        return Ok(Box::new(null::Null));
+    }
+    if output == "-" {
+        // VIDEO: y4m on standard output goes to sink/y4m.rs.
+        return Err(Error::usage("video on standard output cannot be written yet"));
+    }
+    let path = Path::new(output);
+    if output.ends_with(std::path::is_separator) || path.is_dir() {
+        let separator = if output.ends_with(std::path::is_separator) { "" } else { "/" };
+        let pattern = Pattern::in_folder(&format!("{output}{separator}"), "png");
+        let series = Series::reserve(pattern, true, options)?;
+        return Ok(Box::new(still::Numbered::create(series, Format::Png, options)?));
+    }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let extension = extension.as_deref().unwrap_or("");
+    if let Some(pattern) = Pattern::parse(output) {
+        let Some(format) = Format::of_extension(extension) else {
+            return Err(Error::usage(format!(
+                "{output}: numbered files are pictures; write {STILLS} after the pattern"
+            )));
+        };
+        let series = Series::reserve(pattern, false, options)?;
+        return Ok(Box::new(still::Numbered::create(series, format, options)?));
+    }
+    if let Some(format) = Format::of_extension(extension) {
+        if !info.still && info.frames != Some(1) {
+            return Err(one_picture_for_many(path, info));
+        }
+        return Ok(Box::new(still::Still::create(path, format, options)?));
+    }
+    match extension {
+        "gif" => Ok(Box::new(gif::Gif::create(path, info, options)?)),
+        // VIDEO: y4m goes to sink/y4m.rs; mp4, webm, mkv, mov ... to sink/ffmpeg.rs.
+        _ => Err(Error::usage(format!(
+            "{output}: the name must end in what to write: {STILLS}, .gif; or name a folder \
+             (frames/), a pattern (frame_%04d.png), or null: to write nothing"
+        ))),
+    }
+}
+
+/// The formats of stills, in words.
+const STILLS: &str = ".png, .jpg, .webp, .bmp, .tiff";
+
+fn one_picture_for_many(path: &Path, info: &StreamInfo) -> Error {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    let beside = |name: String| path.with_file_name(name).display().to_string();
+    let frames = info.frames.map_or("several".into(), |n| n.to_string());
+    Error::usage(format!(
+        "{} is one picture, but the input has {frames} frames: write {}, or {}",
+        path.display(),
+        beside(format!("{stem}_%04d.{extension}")),
+        beside(format!("{stem}.gif")),
+    ))
 }

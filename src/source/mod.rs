@@ -1,7 +1,28 @@
 //! Where frames come from. One format a file; formats are recognised by content.
 
-use crate::error::Result;
-use crate::frame::{Frame, Span};
+mod animation;
+mod apng;
+pub(crate) mod detect;
+mod expand;
+mod gif;
+mod jpeg;
+mod resize;
+mod sequence;
+mod still;
+mod trim;
+mod webp;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use image::ImageFormat;
+
+use crate::error::{Error, Result};
+use crate::frame::{Frame, Rational, Span, StreamInfo};
+
+use detect::{Kind, READABLE};
+use resize::Resize;
+use trim::{Part, Trim};
 
 /// A frame as it comes from a source.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,4 +41,138 @@ pub trait Source {
     /// # Errors
     /// When the input is truncated or broken; the frames before have been delivered.
     fn next(&mut self) -> Result<Option<Decoded>>;
+}
+
+/// What of an input is read, and how. The default reads all of it as it is.
+#[derive(Clone, Debug, Default)]
+pub struct SourceOptions {
+    /// Seconds from the input's start: frames that start earlier are left out, and times count from
+    /// here. Default: the beginning.
+    pub start: Option<Rational>,
+    /// Seconds from the input's start: frames that start then or later are left out. Default: none.
+    pub end: Option<Rational>,
+    /// At most this many frames. Default: all.
+    pub frames: Option<u64>,
+    /// Frames per second of a sequence of pictures. Default: [`SEQUENCE_RATE`].
+    pub fps: Option<Rational>,
+    /// Frames whose longest side is above this many pixels are shrunk to it. Default: never.
+    pub max_size: Option<u32>,
+    /// Whether an input that ends too early is taken as if it ended there. Default: it is an error,
+    /// after the frames that could be read.
+    pub allow_truncated: bool,
+    /// The ffmpeg program that reads video. Default: the one that the system finds.
+    pub ffmpeg: Option<PathBuf>,
+}
+
+/// Frames per second of a sequence of pictures that nobody gave a rate.
+pub const SEQUENCE_RATE: Rational = Rational { num: 25, den: 1 };
+
+type Starter = Box<dyn FnOnce() -> Result<Box<dyn Source>> + Send>;
+
+/// An input that has been recognised and whose header has been read, not yet started. It is small
+/// and can go to the thread that decodes.
+pub struct Input {
+    paths: Arc<[PathBuf]>,
+    info: StreamInfo,
+    start: Starter,
+}
+
+impl std::fmt::Debug for Input {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Input").field("info", &self.info).finish_non_exhaustive()
+    }
+}
+
+impl Input {
+    /// An input that reads `paths` once `start` has built its decoder.
+    pub(crate) fn new(
+        paths: Arc<[PathBuf]>,
+        info: StreamInfo,
+        start: impl FnOnce() -> Result<Box<dyn Source>> + Send + 'static,
+    ) -> Self {
+        Self { paths, info, start: Box::new(start) }
+    }
+
+    /// The files that are read, none for standard input.
+    pub fn paths(&self) -> &[PathBuf] {
+        &self.paths
+    }
+
+    /// What the headers tell, with `start`, `end`, `frames` and `max_size` taken into account.
+    pub fn info(&self) -> &StreamInfo {
+        &self.info
+    }
+
+    /// Builds the decoder. Call it on the thread that will ask for frames.
+    ///
+    /// # Errors
+    /// When the input cannot be opened (any more).
+    pub fn start(self) -> Result<Box<dyn Source>> {
+        (self.start)()
+    }
+}
+
+/// Opens what `inputs` name: a file; several pictures, a folder of them, a glob, or a printf pattern
+/// (`frame_%04d.png`), each of which makes a sequence; or `-` for y4m on standard input. Only
+/// headers are read.
+///
+/// # Errors
+/// When nothing is named, a file is missing, unreadable or not a picture, or frames differ in size.
+pub fn open(inputs: &[String], options: &SourceOptions) -> Result<Input> {
+    let part = Part::of(options)?;
+    if options.max_size == Some(0) {
+        return Err(Error::usage("a longest side of 0 pixels leaves nothing; ask for at least 1"));
+    }
+    let input = recognised(inputs, part, options)?;
+    Ok(resized(trimmed(input, part), options))
+}
+
+fn recognised(inputs: &[String], part: Option<Part>, options: &SourceOptions) -> Result<Input> {
+    if inputs == ["-"] {
+        // VIDEO: y4m on standard input goes to source/y4m.rs.
+        return Err(Error::input("-", "video on standard input cannot be read yet"));
+    }
+    let mut paths = expand::expand(inputs)?;
+    if paths.len() > 1 {
+        if let Some(part) = part {
+            let needed = part.needed(options.fps.unwrap_or(SEQUENCE_RATE));
+            paths.truncate(usize::try_from(needed).unwrap_or(usize::MAX).max(1));
+        }
+        return sequence::open_sequence(&paths, options);
+    }
+    let Some(path) = paths.pop() else { return Err(Error::usage("no input is named")) };
+    match detect::detect(&path)? {
+        Kind::Gif => gif::open(path, options),
+        Kind::Picture(ImageFormat::Png) => match apng::facts(&path)? {
+            Some(facts) => animation::open(path, animation::Format::Apng, facts, options),
+            None => sequence::open_still(path, ImageFormat::Png, options),
+        },
+        Kind::Picture(ImageFormat::WebP) => match webp::facts(&path)? {
+            Some(facts) => animation::open(path, animation::Format::WebP, facts, options),
+            None => sequence::open_still(path, ImageFormat::WebP, options),
+        },
+        Kind::Picture(format) => sequence::open_still(path, format, options),
+        // VIDEO: Y4m goes to source/y4m.rs, Other to source/ffmpeg.rs, which knows whether it is one.
+        Kind::Y4m | Kind::Other => Err(Error::input(
+            path,
+            format!("is not a picture that can be read; expected {READABLE} by content"),
+        )),
+    }
+}
+
+fn trimmed(input: Input, part: Option<Part>) -> Input {
+    let Some(part) = part else { return input };
+    let Input { paths, info, start } = input;
+    Input::new(paths, part.info(info), move || Ok(Box::new(Trim::new(start()?, part))))
+}
+
+fn resized(input: Input, options: &SourceOptions) -> Input {
+    let from = input.info.size;
+    let to = options.max_size.map_or(from, |longest| resize::shrunk(from, longest));
+    if to == from {
+        return input;
+    }
+    let Input { paths, mut info, start } = input;
+    info.size = to;
+    Input::new(paths, info, move || Ok(Box::new(Resize::new(start()?, from, to))))
 }

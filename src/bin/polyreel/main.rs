@@ -1,2 +1,81 @@
-//! The polyreel program.
-fn main() {}
+//! The polyreel program: parses, runs, and says how it went.
+//!
+//! Exit codes: 0 done, 1 failed, 2 usage, 130 stopped by Ctrl-C.
+
+mod amount;
+mod cli;
+mod info;
+mod inspect;
+mod interrupt;
+mod manual;
+mod progress;
+mod record;
+mod render;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use polyreel::error::{Error, Result};
+
+use cli::{Cli, Command};
+
+/// How a command ended that did not fail.
+enum Outcome {
+    /// As was asked.
+    Done,
+    /// Early, by Ctrl-C.
+    Interrupted,
+}
+
+fn main() -> ExitCode {
+    // A wrong command line ends here, with exit code 2.
+    let cli = Cli::parse();
+    let outcome = match &cli.command {
+        Command::Render(args) => render::render(args),
+        Command::Inspect(args) => inspect::inspect(args),
+        Command::Info(args) => info::info(args),
+        Command::Completions { shell } => manual::completions(*shell),
+        Command::Man { command } => manual::man(command.as_deref()),
+    };
+    ExitCode::from(match outcome {
+        Ok(Outcome::Done) => 0,
+        Ok(Outcome::Interrupted) => 130,
+        Err(error) => {
+            complain(&error);
+            if matches!(error, Error::Usage(_)) { 2 } else { 1 }
+        }
+    })
+}
+
+/// The error with all that led to it. A cause that the message before spelt out is not told twice.
+fn complain(error: &Error) {
+    let mut told = in_one_line(error);
+    eprintln!("polyreel: error: {told}");
+    let mut cause = std::error::Error::source(error);
+    while let Some(error) = cause {
+        let text = in_one_line(error);
+        if !told.contains(&text) {
+            eprintln!("polyreel: because: {text}");
+        }
+        told = text;
+        cause = error.source();
+    }
+}
+
+/// An error's message without the line breaks that some libraries have in theirs.
+fn in_one_line(error: &dyn std::error::Error) -> String {
+    let text = error.to_string();
+    text.lines().map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+/// Writes `text` to standard output. A reader who has gone had enough.
+fn print(text: &[u8]) -> Result<Outcome> {
+    use std::io::{ErrorKind, Write};
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Error::output("-", error.to_string()))
+        }
+        _ => Ok(Outcome::Done),
+    }
+}

@@ -1,0 +1,120 @@
+//! Times and rates as people write them, read exactly.
+
+use polyreel::frame::Rational;
+
+/// Digits after the point that are read: nanoseconds.
+const DIGITS: usize = 9;
+
+/// Whole digits that are read: more than a thousand years of seconds.
+const WHOLE_DIGITS: usize = 12;
+
+/// A decimal number such as `12` or `0.04`, exactly.
+fn decimal(text: &str) -> Option<Rational> {
+    let (whole, part) = text.split_once('.').unwrap_or((text, ""));
+    let digits = |s: &str| s.bytes().all(|b| b.is_ascii_digit());
+    if whole.len() + part.len() == 0 || !digits(whole) || !digits(part) {
+        return None;
+    }
+    if whole.len() > WHOLE_DIGITS || part.len() > DIGITS {
+        return None;
+    }
+    let scale = 10i64.pow(part.len() as u32);
+    let number = |s: &str| if s.is_empty() { Some(0) } else { s.parse::<i64>().ok() };
+    let num = number(whole)?.checked_mul(scale)?.checked_add(number(part)?)?;
+    Some(Rational::new(num, scale))
+}
+
+/// A moment: seconds (`90`, `1.5`, `1.5s`), milliseconds (`500ms`), or `[hours:]minutes:seconds`.
+pub(crate) fn time(text: &str) -> Result<Rational, String> {
+    let wrong = || format!("'{text}' is not a time: write 1.5, 500ms, 1:30 or 0:01:30.5");
+    if let Some(millis) = text.strip_suffix("ms") {
+        let millis = decimal(millis).ok_or_else(wrong)?;
+        return Ok(millis * Rational::new(1, 1000));
+    }
+    let parts: Vec<_> = text.strip_suffix('s').unwrap_or(text).split(':').collect();
+    if parts.len() > 3 {
+        return Err(wrong());
+    }
+    let sixty = Rational::new(60, 1);
+    parts.iter().enumerate().try_fold(Rational::ZERO, |sum, (i, part)| {
+        let value = decimal(part).ok_or_else(wrong)?;
+        let last = i + 1 == parts.len();
+        // 1.5:30 and 1:90 are slips rather than times.
+        if (!last && value.den != 1) || (i > 0 && value >= sixty) {
+            return Err(wrong());
+        }
+        Ok(sum * sixty + value)
+    })
+}
+
+/// Frames per second: `25`, `24000/1001`, or a decimal, where 23.976, 29.97, 59.94 and 119.88 mean the
+/// NTSC rates that they abbreviate.
+pub(crate) fn rate(text: &str) -> Result<Rational, String> {
+    let wrong = || format!("'{text}' is not a rate: write 25, 29.97 or 24000/1001");
+    let rate = match text.split_once('/') {
+        Some((num, den)) => {
+            let (num, den) = (decimal(num).ok_or_else(wrong)?, decimal(den).ok_or_else(wrong)?);
+            num * den.recip().ok_or_else(wrong)?
+        }
+        None => ntsc(text).map_or_else(|| decimal(text).ok_or_else(wrong), Ok)?,
+    };
+    if rate <= Rational::ZERO || rate > Rational::new(1000, 1) {
+        return Err(format!("{text} frames a second cannot be; the rate is above 0, at most 1000"));
+    }
+    Ok(rate)
+}
+
+/// The NTSC rate (n x 1000/1001) that a rounded decimal stands for.
+fn ntsc(text: &str) -> Option<Rational> {
+    let nominal = match text {
+        "23.976" | "23.98" => 24,
+        "29.97" => 30,
+        "47.952" | "47.95" => 48,
+        "59.94" => 60,
+        "119.88" => 120,
+        _ => return None,
+    };
+    Some(Rational::new(nominal * 1000, 1001))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_exact() {
+        for (text, num, den) in [
+            ("0", 0, 1),
+            ("1.5", 3, 2),
+            ("1.5s", 3, 2),
+            (".04", 1, 25),
+            ("500ms", 1, 2),
+            ("33.4ms", 167, 5000),
+            ("1:30", 90, 1),
+            ("0:01:30.5", 181, 2),
+            ("100:00:00", 360_000, 1),
+        ] {
+            assert_eq!(time(text), Ok(Rational::new(num, den)), "{text}");
+        }
+        for text in ["", ".", "-1", "1e3", "1:90", "1.5:30", "1:2:3:4", "soon", "99999999999999"] {
+            assert!(time(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn rates_are_exact() {
+        for (text, num, den) in [
+            ("25", 25, 1),
+            ("24000/1001", 24000, 1001),
+            ("29.97", 30000, 1001),
+            ("23.976", 24000, 1001),
+            ("12.5", 25, 2),
+            ("0.5", 1, 2),
+        ] {
+            assert_eq!(rate(text), Ok(Rational::new(num, den)), "{text}");
+        }
+        for text in ["0", "-5", "1/0", "24000/", "1001", "ntsc", "0/5"] {
+            assert!(rate(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,335 @@
+//! The command line: commands, and their options in groups that commands share.
+
+use std::fmt::Display;
+use std::num::{NonZeroU64, NonZeroUsize};
+use std::path::PathBuf;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, Parser, Subcommand};
+use polyreel::error::{Error, Result};
+use polyreel::frame::Rational;
+use polyreel::options::{Colour, Method, Options, Points, Thresholds};
+use polyreel::source::SourceOptions;
+
+use crate::amount;
+
+/// Turns pictures, GIFs and video into low-poly art, frame by frame.
+#[derive(Debug, Parser)]
+#[command(name = "polyreel", version, max_term_width = 100)]
+#[command(after_help = "Exit codes: 0 done, 1 failed, 2 usage, 130 stopped by Ctrl-C.")]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render pictures or an animation as low-poly art
+    Render(Box<RenderArgs>),
+    /// Show what each stage sees, as PNGs
+    Inspect(Box<InspectArgs>),
+    /// Tell size, frames, rate, duration, alpha and audio of an input
+    Info(InfoArgs),
+    /// Print a completion script for a shell
+    #[command(
+        after_help = "Example:\n  polyreel completions bash > ~/.local/share/bash-completion/completions/polyreel"
+    )]
+    Completions {
+        /// The shell
+        #[arg(value_name = "SHELL")]
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page
+    #[command(after_help = "Example:\n  polyreel man render | man -l -")]
+    Man {
+        /// The command whose page is wanted [default: the program as a whole]
+        #[arg(value_name = "COMMAND")]
+        command: Option<String>,
+    },
+}
+
+const RENDER_EXAMPLES: &str = "Examples:
+  polyreel render portrait.png -o lowpoly.png
+  polyreel render dance.gif -o dance-lowpoly.gif --points 1500
+  polyreel render frames/ -o out/
+  polyreel render 'shots/*.jpg' -o shots.gif --fps 12 --outline=white";
+
+#[derive(Debug, Args)]
+#[command(override_usage = "polyreel render [OPTIONS] <INPUT>... -o <OUTPUT>")]
+#[command(after_help = RENDER_EXAMPLES)]
+pub(crate) struct RenderArgs {
+    #[command(flatten)]
+    pub(crate) input: InputArgs,
+    // Not required as far as clap goes: whoever forgets -o gets a better answer than clap's.
+    /// Where to write, by its name: a picture, a GIF, numbered pictures (out_%04d.png), a folder (out/)
+    /// for PNGs, or null: to write nothing
+    #[arg(short, long, value_name = "OUTPUT", help_heading = "Output")]
+    pub(crate) output: Option<String>,
+    #[command(flatten)]
+    pub(crate) write: WriteArgs,
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Writes regions, candidates, grid, seeds, mesh and lowpoly, each as a PNG of the \
+                        picture's size.\n\nExample:\n  polyreel inspect portrait.png -o stages/"
+)]
+pub(crate) struct InspectArgs {
+    /// The picture; of an animation, its first frame
+    #[arg(value_name = "IMAGE")]
+    pub(crate) image: String,
+    /// The folder to write to; made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Shrink the picture until its longest side has at most PX pixels [default: its own size]
+    #[arg(long, value_name = "PX")]
+    pub(crate) max_size: Option<u32>,
+    /// Replace files that are there already
+    #[arg(short = 'y', long)]
+    pub(crate) overwrite: bool,
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  polyreel info dance.gif --json")]
+pub(crate) struct InfoArgs {
+    #[command(flatten)]
+    pub(crate) input: InputArgs,
+    /// As JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What is read, and how much of it.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Input")]
+pub(crate) struct InputArgs {
+    /// A file, several pictures, a folder, a quoted glob ('shots/*.png') or a printf pattern
+    /// (shot%03d.png)
+    #[arg(value_name = "INPUT", required = true, help_heading = None::<&str>)]
+    pub(crate) inputs: Vec<String>,
+    /// Leave out what comes before TIME: 1.5, 500ms, 1:30 [default: from the beginning]
+    #[arg(long, value_name = "TIME", value_parser = amount::time)]
+    start: Option<Rational>,
+    /// Leave out what comes at TIME or later [default: to the end]
+    #[arg(long, value_name = "TIME", value_parser = amount::time)]
+    end: Option<Rational>,
+    /// Read at most N frames [default: all]
+    #[arg(long, value_name = "N")]
+    frames: Option<NonZeroU64>,
+    /// Frames per second of a sequence of pictures: 12, 29.97, 24000/1001 [default: 25]
+    #[arg(long, value_name = "RATE", value_parser = amount::rate)]
+    fps: Option<Rational>,
+    /// Shrink frames until their longest side has at most PX pixels [default: their own size]
+    #[arg(long, value_name = "PX")]
+    max_size: Option<u32>,
+    /// Keep what can be read of an input that breaks off [default: fail]
+    #[arg(long)]
+    pub(crate) allow_truncated: bool,
+}
+
+impl InputArgs {
+    pub(crate) fn options(&self) -> SourceOptions {
+        SourceOptions {
+            start: self.start,
+            end: self.end,
+            frames: self.frames.map(NonZeroU64::get),
+            fps: self.fps,
+            max_size: self.max_size,
+            allow_truncated: self.allow_truncated,
+            ..SourceOptions::default()
+        }
+    }
+}
+
+/// How the output is written.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct WriteArgs {
+    /// Replace an output that is there already
+    #[arg(short = 'y', long)]
+    pub(crate) overwrite: bool,
+    /// What shows through transparent pixels in formats that have none, JPEG for one [default: white]
+    #[arg(long, value_name = "COLOUR")]
+    pub(crate) background: Option<Colour>,
+}
+
+/// How the result looks. Every field that is given replaces the preset's.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Look")]
+pub(crate) struct LookArgs {
+    /// Begin with a preset's settings; options beside it win: paper [default: none]
+    #[arg(long, value_name = "NAME")]
+    preset: Option<String>,
+    /// How feature points and seeds are found
+    #[arg(long, value_name = "NAME", value_parser = methods(), help = told(
+        "How feature points and seeds are found", Options::default().method.name()))]
+    method: Option<Method>,
+    #[arg(long, value_name = "N|N%", help = told(
+        "Seeds of a frame: a count (2000) or a share of its pixels (1.5%)",
+        Options::default().points))]
+    points: Option<Points>,
+    #[arg(long, value_name = "S", help = told(
+        "Decides all chance: the same seed gives the same bytes", Options::default().seed))]
+    seed: Option<u64>,
+    /// Draw the edges of the mesh, in black or in COLOUR (white, #802040) [default: none]
+    #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true)]
+    #[arg(default_missing_value = "black")]
+    outline: Option<Colour>,
+    #[arg(long, value_name = "N", help = told(
+        "How often a frame is smoothed before its colours are clustered, 0 to 8 (in the paper 0)",
+        Options::default().smoothing))]
+    smoothing: Option<u32>,
+    #[arg(long, value_name = "K", help_heading = PAPER, help = told(
+        "Colour clusters of the regions, 2 to 64", Options::default().clusters))]
+    clusters: Option<u32>,
+    #[arg(long, value_name = "N", help_heading = PAPER, help = told(
+        "Every how many pixels of a region's boundary one is a feature point, 1 to 64",
+        Options::default().interval))]
+    interval: Option<u32>,
+    #[arg(long, value_name = "SHARE", help_heading = PAPER, help = told(
+        "Share of the pixels inside regions that are feature points, 0 to 1",
+        Options::default().interior))]
+    interior: Option<f64>,
+    /// Area of a grid cell as a share of the frame's, in place of --points [default: solved from
+    /// --points]
+    #[arg(long, value_name = "SHARE", conflicts_with = "points", help_heading = PAPER)]
+    hex_density: Option<f64>,
+    #[arg(long, value_name = "N", help_heading = PAPER, help = told(
+        "Points that the densest cells keep, 1 to 64", Options::default().max_points))]
+    max_points: Option<u32>,
+    #[arg(long, value_name = "N", help_heading = PAPER, help = told(
+        "Points that the sparsest cells keep, 0 to --max-points", Options::default().default_points))]
+    default_points: Option<u32>,
+    #[arg(long, value_name = "H,M,L", help_heading = PAPER, help = told(
+        "Feature points per pixel above which a cell counts as of high, medium, low density",
+        thresholds()))]
+    thresholds: Option<Thresholds>,
+}
+
+const PAPER: &str = "The paper's parameters";
+
+impl LookArgs {
+    /// The preset's options (the defaults without one) with what was given on the command line.
+    pub(crate) fn options(&self) -> Result<Options> {
+        fn put<T: Clone>(field: &mut T, given: &Option<T>) {
+            if let Some(value) = given {
+                field.clone_from(value);
+            }
+        }
+        let mut options = match &self.preset {
+            Some(name) => Options::preset(name)?,
+            None => Options::default(),
+        };
+        put(&mut options.method, &self.method);
+        put(&mut options.points, &self.points);
+        put(&mut options.seed, &self.seed);
+        put(&mut options.smoothing, &self.smoothing);
+        put(&mut options.clusters, &self.clusters);
+        put(&mut options.interval, &self.interval);
+        put(&mut options.interior, &self.interior);
+        put(&mut options.max_points, &self.max_points);
+        put(&mut options.default_points, &self.default_points);
+        put(&mut options.thresholds, &self.thresholds);
+        options.outline = self.outline.or(options.outline);
+        options.hex_density = self.hex_density.or(options.hex_density);
+        if self.points.is_some() {
+            // A number of points asked for here is meant, whatever grid the preset has.
+            options.hex_density = None;
+        }
+        options.validate()?;
+        Ok(options)
+    }
+}
+
+/// How the work is done and told of.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Run")]
+pub(crate) struct RunArgs {
+    /// Threads that work inside a frame; the bytes are the same for any number [default: one a core]
+    #[arg(long, value_name = "N")]
+    pub(crate) threads: Option<NonZeroUsize>,
+    /// Write what was done, in sum and for every frame, as JSON; replaces an older report
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) report: Option<PathBuf>,
+    /// Say nothing unless something is wrong
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+    /// Tell the settings, and the time of each stage
+    #[arg(short, long)]
+    pub(crate) verbose: bool,
+}
+
+fn told(text: &str, default: impl Display) -> String {
+    format!("{text} [default: {default}]")
+}
+
+fn thresholds() -> String {
+    let Thresholds { high, medium, low } = Options::default().thresholds;
+    format!("{high},{medium},{low}")
+}
+
+fn methods() -> impl TypedValueParser<Value = Method> {
+    PossibleValuesParser::new(Method::ALL.map(Method::name)).try_map(|name| {
+        let found = Method::ALL.into_iter().find(|method| method.name() == name);
+        found.ok_or_else(|| Error::usage("no such method"))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    fn look(args: &[&str]) -> Result<Options, String> {
+        let args = ["polyreel", "render", "in.png", "-o", "out.png"].iter().chain(args);
+        let cli = Cli::try_parse_from(args).map_err(|error| error.to_string())?;
+        let Command::Render(args) = cli.command else { panic!("a render was asked for") };
+        args.look.options().map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_definitions_are_sound() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn what_is_given_wins_over_the_preset() {
+        assert_eq!(look(&[]), Ok(Options::default()));
+        let expected = Options { points: Points::Count(90), clusters: 5, ..Options::paper() };
+        let given = ["--preset", "paper", "--points", "90", "--clusters", "5"];
+        assert_eq!(look(&given), Ok(expected));
+        assert!(look(&["--preset", "none-such"]).expect_err("no such preset").contains("paper"));
+    }
+
+    #[test]
+    fn an_outline_may_have_a_colour() {
+        let colour = |args: &[&str]| look(args).expect("parses").outline.map(|colour| colour.0);
+        assert_eq!(colour(&[]), None);
+        assert_eq!(colour(&["--outline"]), Some([0, 0, 0, 255]));
+        assert_eq!(colour(&["--outline=white"]), Some([255; 4]));
+    }
+
+    #[test]
+    fn wrong_values_are_refused() {
+        for args in [
+            &["--points", "0"][..],
+            &["--points", "many"],
+            &["--points", "10", "--hex-density", "0.001"],
+            &["--method", "magic"],
+            &["--thresholds", "1,2"],
+            &["--outline=blurple"],
+            &["--fps", "0"],
+            &["--frames", "0"],
+            &["--threads", "0"],
+            &["-q", "-v"],
+        ] {
+            assert!(look(args).is_err(), "{args:?}");
+        }
+    }
+}

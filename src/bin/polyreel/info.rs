@@ -1,0 +1,64 @@
+//! `polyreel info`: what is known of an input before it is read.
+
+use std::fmt::Write as _;
+
+use polyreel::error::Result;
+use polyreel::frame::{Loops, Rational, StreamInfo};
+use polyreel::pipeline::InputReport;
+use polyreel::source;
+
+use crate::cli::InfoArgs;
+use crate::{Outcome, print};
+
+/// Prints what the input's headers tell.
+pub(crate) fn info(args: &InfoArgs) -> Result<Outcome> {
+    let input = source::open(&args.input.inputs, &args.input.options())?;
+    let info = input.info().clone();
+    let text = if args.json {
+        let report = InputReport { paths: args.input.inputs.clone(), info };
+        let json = serde_json::to_string_pretty(&report).expect("plain data becomes JSON");
+        format!("{json}\n")
+    } else {
+        table(&info)
+    };
+    print(text.as_bytes())
+}
+
+fn table(info: &StreamInfo) -> String {
+    let unknown = || "unknown".to_owned();
+    let rows = [
+        ("format", info.format.clone()),
+        ("size", info.size.to_string()),
+        ("frames", info.frames.map_or_else(unknown, |n| n.to_string())),
+        ("rate", info.rate.map_or_else(|| rateless(info), rate)),
+        (
+            "duration",
+            info.duration.map_or_else(|| rateless(info), |d| format!("{:.3} s", d.to_f64())),
+        ),
+        ("alpha", if info.alpha { "yes" } else { "no" }.to_owned()),
+        ("plays", plays(info.loops)),
+        ("audio", info.audio.clone().unwrap_or_else(|| "none".to_owned())),
+    ];
+    rows.iter().fold(String::new(), |mut text, (name, value)| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{name:<9} {value}");
+        text
+    })
+}
+
+/// What stands in place of a rate or duration that is not told.
+fn rateless(info: &StreamInfo) -> String {
+    if info.still { "none" } else { "unknown" }.to_owned()
+}
+
+fn rate(rate: Rational) -> String {
+    if rate.den == 1 { format!("{rate} fps") } else { format!("{rate} fps ({:.3})", rate.to_f64()) }
+}
+
+fn plays(loops: Loops) -> String {
+    match loops {
+        Loops::Once => "once".to_owned(),
+        Loops::Times(n) => format!("{n} times"),
+        Loops::Forever => "forever".to_owned(),
+    }
+}

@@ -1,0 +1,225 @@
+//! `polyreel inspect`: what each stage sees, as pictures of the frame's size (the paper's Figure 2).
+
+use std::path::Path;
+
+use polyreel::draw;
+use polyreel::error::{Error, Result};
+use polyreel::feature::Extractor;
+use polyreel::feature::mask::Mask;
+use polyreel::feature::region::{Regions, TRANSPARENT};
+use polyreel::frame::{Fill, Frame, Rational, Rgba, Span, StreamInfo};
+use polyreel::geom::{Point, Size};
+use polyreel::hex::HexGrid;
+use polyreel::render::Renderer;
+use polyreel::sample::Sampler;
+use polyreel::sink::{self, Picture, SinkOptions};
+use polyreel::source::{self, SourceOptions};
+
+use crate::Outcome;
+use crate::cli::InspectArgs;
+
+const WHITE: Rgba = [255, 255, 255, 255];
+const INK: Rgba = [24, 24, 32, 255];
+const GRID: Rgba = [120, 150, 215, 255];
+const SEED: Rgba = [210, 30, 40, 255];
+
+/// Writes one PNG a stage.
+pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
+    let options = args.look.options()?;
+    let wanted =
+        SourceOptions { frames: Some(1), max_size: args.max_size, ..SourceOptions::default() };
+    let input = source::open(std::slice::from_ref(&args.image), &wanted)?;
+    let info = StreamInfo { still: true, frames: Some(1), ..input.info().clone() };
+    let inputs = input.paths().to_vec();
+    let Some(decoded) = input.start()?.next()? else {
+        return Err(Error::input(&args.image, "has no frame to look at"));
+    };
+    let frame = decoded.frame;
+
+    let mut extractor = Extractor::new(&options);
+    let regions = extractor.regions(&frame);
+    let features = extractor.extract(&frame);
+    let grid = Sampler::new(&options).grid(frame.size());
+    let rendered = Renderer::new(&options)?.render(&frame)?;
+    let mut mesh = faded(&frame);
+    draw::edges(&mut mesh, &rendered.mesh, INK);
+    let stages = [
+        ("regions", region_colours(&regions)),
+        ("candidates", dots(&features.candidates)),
+        ("grid", with_grid(faded(&frame), &grid)),
+        ("seeds", with_seeds(faded(&frame), frame.size(), rendered.mesh.seeds())),
+        ("mesh", mesh),
+        ("lowpoly", rendered.painting.frame.into_pixels()),
+    ];
+
+    std::fs::create_dir_all(&args.output)
+        .map_err(|error| Error::output(&args.output, format!("cannot be made: {error}")))?;
+    let to = SinkOptions { overwrite: args.overwrite, inputs, ..SinkOptions::default() };
+    for (name, pixels) in stages {
+        write(&args.output.join(name).with_extension("png"), frame.size(), pixels, &info, &to)?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn write(
+    path: &Path,
+    size: Size,
+    pixels: Vec<Rgba>,
+    info: &StreamInfo,
+    options: &SinkOptions,
+) -> Result<()> {
+    let name = path.to_str().ok_or_else(|| Error::output(path, "is not a name in UTF-8"))?;
+    let mut sink = sink::create(name, info, options)?;
+    let fills = fills_of(&pixels);
+    let span = Span { start: Rational::ZERO, length: None };
+    sink.write(Picture { frame: Frame::new(size, pixels)?, fills, span })?;
+    sink.finish()
+}
+
+/// The colours of `pixels` with their areas.
+fn fills_of(pixels: &[Rgba]) -> Vec<Fill> {
+    let mut sorted = pixels.to_vec();
+    sorted.sort_unstable();
+    let same = sorted.chunk_by(|a, b| a == b);
+    same.map(|run| Fill { colour: run[0], area: run.len() as u32 }).collect()
+}
+
+/// Every pixel in the colour of its cluster.
+fn region_colours(regions: &Regions) -> Vec<Rgba> {
+    let colour = |&label: &u8| match label {
+        TRANSPARENT => [0; 4],
+        label => {
+            let [r, g, b] = regions.palette[usize::from(label)].map(|v| v.round() as u8);
+            [r, g, b, 255]
+        }
+    };
+    regions.labels.iter().map(colour).collect()
+}
+
+/// The pixels of `mask` on white.
+fn dots(mask: &Mask) -> Vec<Rgba> {
+    let size = mask.size();
+    let mut pixels = vec![WHITE; size.pixels()];
+    for (x, y) in mask.iter() {
+        pixels[place(size, x, y)] = INK;
+    }
+    pixels
+}
+
+/// The frame at a third of its strength on white, to draw on.
+fn faded(frame: &Frame) -> Vec<Rgba> {
+    let fade = |&[r, g, b, a]: &Rgba| {
+        let weight = u32::from(a) / 3;
+        let mix = |v: u8| ((u32::from(v) * weight + 255 * (255 - weight)) / 255) as u8;
+        [mix(r), mix(g), mix(b), 255]
+    };
+    frame.pixels().iter().map(fade).collect()
+}
+
+/// `pixels` with each seed as a dot of three by three.
+fn with_seeds(mut pixels: Vec<Rgba>, size: Size, seeds: &[Point]) -> Vec<Rgba> {
+    for seed in seeds {
+        let (x, y) = seed.pixel(size);
+        for y in y.saturating_sub(1)..(y + 2).min(size.height) {
+            for x in x.saturating_sub(1)..(x + 2).min(size.width) {
+                pixels[place(size, x, y)] = SEED;
+            }
+        }
+    }
+    pixels
+}
+
+/// `pixels` with the cells of `grid`.
+fn with_grid(mut pixels: Vec<Rgba>, grid: &HexGrid) -> Vec<Rgba> {
+    let size = grid.size();
+    // From flat to flat and from tip to tip, halved.
+    let (half, tip) = (grid.width() / 2.0, grid.width() / 3f64.sqrt());
+    for cell in 0..grid.cells() {
+        let (x, y) = grid.centre(cell);
+        // The other three sides are drawn by the neighbours to the left and above.
+        let corners = [
+            (x + half, y - tip / 2.0),
+            (x + half, y + tip / 2.0),
+            (x, y + tip),
+            (x - half, y + tip / 2.0),
+        ];
+        for pair in corners.windows(2) {
+            if let Some([a, b]) = clip(size, pair[0], pair[1]) {
+                draw::line(size, a, b, |x, y| pixels[place(size, x, y)] = GRID);
+            }
+        }
+    }
+    pixels
+}
+
+/// The part of the line from `a` to `b` (in pixels) that lies in the frame (Liang and Barsky 1984).
+fn clip(size: Size, a: (f64, f64), b: (f64, f64)) -> Option<[Point; 2]> {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let sides = [
+        (-dx, a.0),
+        (dx, f64::from(size.width) - a.0),
+        (-dy, a.1),
+        (dy, f64::from(size.height) - a.1),
+    ];
+    let (mut from, mut to) = (0.0f64, 1.0f64);
+    for (outwards, room) in sides {
+        if outwards == 0.0 {
+            if room < 0.0 {
+                return None;
+            }
+        } else if outwards < 0.0 {
+            from = from.max(room / outwards);
+        } else {
+            to = to.min(room / outwards);
+        }
+    }
+    let at = |t: f64| Point::from_pixels(a.0 + t * dx, a.1 + t * dy);
+    (from <= to).then(|| [at(from), at(to)])
+}
+
+fn place(size: Size, x: u32, y: u32) -> usize {
+    y as usize * size.width as usize + x as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_cut_at_the_frame() {
+        let size = Size::new(10, 8);
+        let px = Point::from_pixels;
+        assert_eq!(clip(size, (-5.0, 4.0), (15.0, 4.0)), Some([px(0.0, 4.0), px(10.0, 4.0)]));
+        assert_eq!(clip(size, (-2.0, 0.0), (0.0, -2.0)), None);
+        assert_eq!(clip(size, (2.0, 9.0), (8.0, 9.0)), None);
+        let inside = ((1.0, 2.0), (3.0, 4.0));
+        assert_eq!(clip(size, inside.0, inside.1), Some([px(1.0, 2.0), px(3.0, 4.0)]));
+    }
+
+    #[test]
+    fn fills_add_up_to_the_picture() {
+        let fills = fills_of(&[WHITE, INK, WHITE]);
+        assert_eq!(fills.len(), 2);
+        assert!(fills.contains(&Fill { colour: WHITE, area: 2 }));
+        assert!(fills.contains(&Fill { colour: INK, area: 1 }));
+    }
+
+    #[test]
+    fn grid_lines_run_between_cells() {
+        let size = Size::new(60, 40);
+        let grid = HexGrid::new(size, 12.0);
+        let pixels = with_grid(vec![WHITE; size.pixels()], &grid);
+        // The middle of a cell is free, and every cell border that the frame shows is drawn.
+        let (x, y) = grid.centre(grid.cell_at(30.0, 20.0));
+        assert_eq!(pixels[place(size, x as u32, y as u32)], WHITE);
+        for y in 0..size.height {
+            for x in 1..size.width {
+                if grid.cell_of_pixel(x - 1, y) != grid.cell_of_pixel(x, y) {
+                    let near = (x.saturating_sub(2)..(x + 2).min(size.width))
+                        .any(|x| pixels[place(size, x, y)] == GRID);
+                    assert!(near, "no line near ({x}, {y})");
+                }
+            }
+        }
+    }
+}

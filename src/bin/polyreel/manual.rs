@@ -1,0 +1,32 @@
+//! Completions and manual pages, from the same definitions as the command line.
+
+use clap::CommandFactory;
+use polyreel::error::{Error, Result};
+
+use crate::cli::Cli;
+use crate::{Outcome, print};
+
+/// Prints the completion script for `shell`.
+pub(crate) fn completions(shell: clap_complete::Shell) -> Result<Outcome> {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "polyreel", &mut script);
+    print(&script)
+}
+
+/// Prints the manual page of the program, or of `command`.
+pub(crate) fn man(command: Option<&str>) -> Result<Outcome> {
+    let mut program = Cli::command();
+    program.build();
+    let subject = match command {
+        None => program,
+        Some(name) => {
+            let found = program.find_subcommand(name);
+            found.ok_or_else(|| Error::usage(format!("there is no command '{name}'")))?.clone()
+        }
+    };
+    let mut page = Vec::new();
+    clap_mangen::Man::new(subject)
+        .render(&mut page)
+        .map_err(|error| Error::output("-", error.to_string()))?;
+    print(&page)
+}

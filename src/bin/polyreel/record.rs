@@ -1,0 +1,64 @@
+//! The file of `--report`.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use polyreel::error::{Error, Result};
+use polyreel::pipeline::Report;
+use tempfile::NamedTempFile;
+
+/// A report to be: a file beside its place, put there when it is complete. Dropped before, it leaves
+/// nothing behind.
+#[derive(Debug)]
+pub(crate) struct Record {
+    path: PathBuf,
+    file: NamedTempFile,
+}
+
+impl Record {
+    /// Makes sure, before any work is done, that a report can be written to `path` and is none of the
+    /// files in `taken`.
+    pub(crate) fn create(path: &Path, taken: &[PathBuf]) -> Result<Self> {
+        if taken.iter().any(|other| same_file(path, other)) {
+            return Err(Error::usage(format!(
+                "--report {} is an input or the output as well: name another file",
+                path.display()
+            )));
+        }
+        if path.is_dir() {
+            return Err(Error::output(path, "is a folder: name a file for the report"));
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let file = builder()
+            .tempfile_in(folder.unwrap_or(Path::new(".")))
+            .map_err(|error| Error::output(path, format!("cannot be written: {error}")))?;
+        Ok(Self { path: path.to_owned(), file })
+    }
+
+    /// Writes `report` and puts it in its place.
+    pub(crate) fn write(mut self, report: &Report) -> Result<()> {
+        let mut json = serde_json::to_vec(report).expect("plain data becomes JSON");
+        json.push(b'\n');
+        let written = self.file.write_all(&json).and_then(|()| self.file.flush());
+        written
+            .and_then(|()| self.file.persist(&self.path).map_err(|error| error.error))
+            .map(|_| ())
+            .map_err(|error| Error::output(&self.path, format!("cannot be written: {error}")))
+    }
+}
+
+/// Readable by whom new files are readable by, where temporary files are the owner's alone.
+fn builder() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".polyreel-report-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}

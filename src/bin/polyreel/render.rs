@@ -1,0 +1,175 @@
+//! `polyreel render`: input, pipeline, output, and what there is to say of it.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use indicatif::HumanBytes;
+use polyreel::error::{Error, Result};
+use polyreel::frame::StreamInfo;
+use polyreel::options::Options;
+use polyreel::pipeline::{
+    self, Ending, InputReport, OutputReport, Report, Settings, Stop, Summary,
+};
+use polyreel::sink::{self, SinkOptions};
+use polyreel::source;
+use polyreel::stage::Stage;
+
+use crate::Outcome;
+use crate::cli::RenderArgs;
+use crate::interrupt::Interrupt;
+use crate::progress::Progress;
+use crate::record::Record;
+
+/// Renders the input to the output.
+pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
+    let output = args.output.as_deref().ok_or_else(|| no_output(&args.input.inputs))?;
+    let options = args.look.options()?;
+    let input = source::open(&args.input.inputs, &args.input.options())?;
+    let info = input.info().clone();
+    let stop = Stop::default();
+    let interrupt = Interrupt::listen(&stop);
+    let record = record_of(args, input.paths(), output)?;
+    let sink = sink::create(output, &info, &sink_options(args, input.paths()))?;
+    if args.run.verbose {
+        eprintln!("polyreel: {}", settings_line(&options, args));
+    }
+    let settings = Settings {
+        options,
+        threads: args.run.threads,
+        live: info.live,
+        allow_truncated: args.input.allow_truncated,
+    };
+    let mut progress = Progress::new(info.frames, args.run.quiet, record.is_some());
+    let ended = pipeline::run(move || input.start(), sink, &settings, &mut progress, &stop);
+    let per_frame = progress.finish();
+    let summary = ended?;
+    let written = OutputReport {
+        path: output.to_owned(),
+        size: info.size,
+        bytes: std::fs::metadata(output).ok().filter(|file| file.is_file()).map(|file| file.len()),
+    };
+    tell(args, &info, &written, &summary);
+    if let Some(record) = record {
+        let input = InputReport { paths: args.input.inputs.clone(), info };
+        record.write(&Report::new(input, written, &summary, per_frame))?;
+    }
+    Ok(if interrupt.happened() { Outcome::Interrupted } else { Outcome::Done })
+}
+
+fn sink_options(args: &RenderArgs, inputs: &[PathBuf]) -> SinkOptions {
+    let defaults = SinkOptions::default();
+    SinkOptions {
+        overwrite: args.write.overwrite,
+        background: args.write.background.map_or(defaults.background, |colour| colour.0),
+        inputs: inputs.to_vec(),
+        ..defaults
+    }
+}
+
+fn record_of(args: &RenderArgs, inputs: &[PathBuf], output: &str) -> Result<Option<Record>> {
+    let Some(path) = &args.run.report else { return Ok(None) };
+    let taken: Vec<_> = inputs.iter().cloned().chain([PathBuf::from(output)]).collect();
+    Record::create(path, &taken).map(Some)
+}
+
+/// What to answer when `-o` was not given: often it was only forgotten before the last name.
+fn no_output(inputs: &[String]) -> Error {
+    let missed = match inputs {
+        [_, .., last] => Some(last).filter(|last| looks_like_output(last)),
+        _ => None,
+    };
+    Error::usage(match missed {
+        Some(last) => format!("no output is named; did you mean -o {last}?"),
+        None => "no output is named; add -o OUTPUT, for instance -o lowpoly.png".to_owned(),
+    })
+}
+
+fn looks_like_output(name: &str) -> bool {
+    let path = Path::new(name);
+    name == "-" || (!path.exists() && (path.extension().is_some() || name.ends_with('/')))
+}
+
+/// One line with everything that decides the bytes.
+fn settings_line(options: &Options, args: &RenderArgs) -> String {
+    let json = serde_json::to_value(options).expect("options are plain data");
+    let fields = json.as_object().into_iter().flatten();
+    let mut line = fields.fold("settings".to_owned(), |mut line, (name, value)| {
+        let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        // Writing to a string cannot fail.
+        let _ = write!(line, " {name}={value}");
+        line
+    });
+    let threads = args.run.threads.map_or_else(|| "auto".to_owned(), |n| n.to_string());
+    let _ = write!(line, " threads={threads}");
+    line
+}
+
+/// What there is to say on standard error after a run that did not fail.
+fn tell(args: &RenderArgs, info: &StreamInfo, written: &OutputReport, summary: &Summary) {
+    if let Ending::Truncated(error) = &summary.ending {
+        eprintln!("polyreel: warning: {error}; the output holds what came before");
+    }
+    if args.run.quiet {
+        return;
+    }
+    if args.run.verbose {
+        eprint!("{}", stage_table(summary));
+    }
+    let frames = match summary.frames {
+        1 => "1 frame".to_owned(),
+        n => format!("{n} frames"),
+    };
+    let mut line = format!(
+        "{}: {frames} of {} in {:.2} s ({:.1} fps)",
+        written.path,
+        info.size,
+        summary.wall.as_secs_f64(),
+        summary.fps()
+    );
+    // Writing to a string cannot fail.
+    if let Some(bytes) = written.bytes {
+        let _ = write!(line, ", {}", HumanBytes(bytes));
+    }
+    if summary.dropped > 0 {
+        let _ = write!(line, ", {} dropped", summary.dropped);
+    }
+    if matches!(summary.ending, Ending::Stopped) {
+        line += ", stopped early";
+    }
+    eprintln!("polyreel: {line}");
+}
+
+fn stage_table(summary: &Summary) -> String {
+    let head = format!("{:<12} {:>9} {:>9} {:>9}\n", "stage", "p50 ms", "p95 ms", "p99 ms");
+    Stage::ALL.iter().fold(head, |mut table, &stage| {
+        let times = summary.stages.get(stage);
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            table,
+            "{:<12} {:>9.2} {:>9.2} {:>9.2}",
+            stage.name(),
+            times.p50_ms,
+            times.p95_ms,
+            times.p99_ms
+        );
+        table
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_forgotten_o_is_recognised() {
+        let said = |names: &[&str]| {
+            no_output(&names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>()).to_string()
+        };
+        assert!(said(&["in.png", "none/out.gif"]).contains("did you mean -o none/out.gif?"));
+        assert!(said(&["in.png", "none/%04d.png"]).contains("did you mean -o none/%04d.png?"));
+        assert!(said(&["-", "-"]).contains("did you mean -o -?"));
+        assert!(!said(&["none.png"]).contains("did you mean"));
+        // Two inputs that are there are two inputs.
+        assert!(!said(&["none.png", "Cargo.toml"]).contains("did you mean"));
+    }
+}

@@ -1,0 +1,335 @@
+//! How a stream's picture moves and changes from frame to frame, on small luma pictures, block by block.
+
+use rayon::prelude::*;
+
+use super::patch::{PATCH, Patch, sample};
+use super::starts;
+use crate::feature::plane::Plane;
+use crate::frame::{Frame, luma};
+use crate::geom::Size;
+
+/// The longer side of a small picture is at most this; a whole number of pixels becomes one.
+const SMALL_SIDE: u32 = 480;
+
+/// Levels of the pyramid: the coarsest patch is 32 small pixels wide, and finds moves of as many.
+const LEVELS: usize = 3;
+
+/// Descents of a patch on one level; more than about six move it by less than a tenth of a pixel.
+const DESCENTS: usize = 6;
+
+/// A frame made small: means of `factor` x `factor` pixels' luma.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Small {
+    /// Pixels of the frame that one small pixel stands for, along a side.
+    pub factor: u32,
+    /// The frame's size.
+    pub size: Size,
+    /// The mean lumas, finest level first, each level half as large as the one before.
+    levels: Vec<Plane<f32>>,
+}
+
+impl Small {
+    /// Makes `frame` small. Rows and columns that do not fill a small pixel are left out.
+    pub fn new(frame: &Frame) -> Self {
+        let size = frame.size();
+        let side = size.width.max(size.height);
+        let factor = side.div_ceil(SMALL_SIDE).min(size.width.min(size.height));
+        let small = Size::new(size.width / factor, size.height / factor);
+        let mut plane = Plane::filled(small, 0.0);
+        let rows = plane.values_mut().par_chunks_exact_mut(small.width as usize);
+        let share = 1.0 / (factor * factor) as f32;
+        (0..small.height).into_par_iter().zip(rows).for_each(|(y, out)| {
+            let mut sums = vec![0u32; small.width as usize];
+            for y in y * factor..(y + 1) * factor {
+                for (sum, pixels) in sums.iter_mut().zip(frame.row(y).chunks_exact(factor as usize))
+                {
+                    *sum += pixels.iter().map(|&p| u32::from(luma(p))).sum::<u32>();
+                }
+            }
+            for (out, sum) in out.iter_mut().zip(sums) {
+                *out = sum as f32 * share;
+            }
+        });
+        let mut levels = vec![plane];
+        while let Some(last) = levels.last()
+            && levels.len() < LEVELS
+            && last.size().width.min(last.size().height) >= 4 * PATCH as u32
+        {
+            levels.push(super::halve(last));
+        }
+        Self { factor, size, levels }
+    }
+
+    /// Takes the finest level's blocks (see [`blocks`]) that `wanted` names from `other`, of the same
+    /// size. The coarser levels stay as they are.
+    pub fn take_blocks(&mut self, other: &Self, wanted: impl Fn(usize) -> bool) {
+        let (columns, rows) = blocks(self);
+        let Size { width, height } = self.plane().size();
+        let (w, h) = (PATCH.min(width as usize), PATCH.min(height as usize));
+        for (j, &y) in rows.iter().enumerate() {
+            for (_, &x) in columns.iter().enumerate().filter(|(i, _)| wanted(j * columns.len() + i))
+            {
+                for y in y..y + h {
+                    let at = y * width as usize + x;
+                    self.levels[0].values_mut()[at..at + w]
+                        .copy_from_slice(&other.plane().values()[at..at + w]);
+                }
+            }
+        }
+    }
+
+    /// The mean lumas at the finest level, 0..255.
+    pub fn plane(&self) -> &Plane<f32> {
+        &self.levels[0]
+    }
+}
+
+/// Where blocks of the picture go: what stands at a block's centre in one frame stands a vector
+/// further in the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Centres of the columns of blocks, in pixels of the frame.
+    columns: Vec<f32>,
+    rows: Vec<f32>,
+    /// Row by row, in pixels of the frame.
+    vectors: Vec<[f32; 2]>,
+}
+
+impl Motion {
+    /// The motion from `from` to `to` in the blocks that `changed` tells (by column and row of blocks,
+    /// see [`blocks`]); all others rest. Pictures of different sizes are at rest.
+    ///
+    /// Each block looks for its like by inverse search on a pyramid, then takes the median of its
+    /// neighbours' vectors, component by component.
+    pub fn between(from: &Small, to: &Small, changed: &[bool]) -> Self {
+        let (columns, rows) = blocks(from);
+        let scale = from.factor as f32;
+        let centre = |start: &usize| (*start as f32 + PATCH as f32 / 2.0) * scale;
+        let mut motion = Self {
+            columns: columns.iter().map(centre).collect(),
+            rows: rows.iter().map(centre).collect(),
+            vectors: vec![[0.0; 2]; columns.len() * rows.len()],
+        };
+        if from.size != to.size || !changed.contains(&true) {
+            return motion;
+        }
+        let mut coarse: Option<Grid> = None;
+        for (a, b) in from.levels.iter().zip(&to.levels).rev() {
+            let finest = a.size() == from.plane().size();
+            coarse = Some(Grid::search(a, b, coarse.as_ref(), finest.then_some(changed)));
+        }
+        if let Some(found) = coarse {
+            let vectors = found.median();
+            motion.vectors = vectors
+                .iter()
+                .zip(changed)
+                .map(|(v, &changed)| if changed { v.map(|v| v * scale) } else { [0.0; 2] })
+                .collect();
+        }
+        motion
+    }
+
+    /// The vector at `(x, y)` in pixels of the frame, in pixels: bilinear between blocks.
+    pub fn at(&self, x: f32, y: f32) -> [f32; 2] {
+        let place = |centres: &[f32], at: f32| {
+            let after = centres.partition_point(|&c| c <= at).clamp(1, centres.len().max(2) - 1);
+            let before = after - 1;
+            let after = after.min(centres.len() - 1);
+            let span = centres[after] - centres[before];
+            let share = if span > 0.0 { (at - centres[before]) / span } else { 0.0 };
+            (before, after, share.clamp(0.0, 1.0))
+        };
+        let (left, right, fx) = place(&self.columns, x);
+        let (top, bottom, fy) = place(&self.rows, y);
+        let vector = |row: usize, column: usize| self.vectors[row * self.columns.len() + column];
+        let mix = |a: [f32; 2], b: [f32; 2], t: f32| [0, 1].map(|i| a[i] + (b[i] - a[i]) * t);
+        mix(
+            mix(vector(top, left), vector(top, right), fx),
+            mix(vector(bottom, left), vector(bottom, right), fx),
+            fy,
+        )
+    }
+
+    /// Whether nothing moves at all.
+    pub fn is_rest(&self) -> bool {
+        self.vectors.iter().all(|v| *v == [0.0; 2])
+    }
+}
+
+/// Where the columns and rows of blocks begin, in small pixels.
+pub fn blocks(small: &Small) -> (Vec<usize>, Vec<usize>) {
+    let Size { width, height } = small.plane().size();
+    (starts(width, PATCH), starts(height, PATCH))
+}
+
+/// Side of a block in small pixels.
+pub const BLOCK: usize = PATCH;
+
+/// Vectors of the blocks of one level.
+struct Grid {
+    columns: usize,
+    vectors: Vec<[f32; 2]>,
+}
+
+impl Grid {
+    fn search(
+        a: &Plane<f32>,
+        b: &Plane<f32>,
+        before: Option<&Self>,
+        only: Option<&[bool]>,
+    ) -> Self {
+        let (columns, rows) = (starts(a.size().width, PATCH), starts(a.size().height, PATCH));
+        let count = columns.len() * rows.len();
+        let vector = |i: usize| {
+            if only.is_some_and(|only| !only[i]) {
+                return [0.0; 2];
+            }
+            let (column, row) = (i % columns.len(), i / columns.len());
+            let patch = Patch::new(a, (columns[column], rows[row]));
+            let mut tries = [[0.0; 2]; 6];
+            if let Some(before) = before {
+                let rows = before.vectors.len() / before.columns;
+                let near = |dx: usize, dy: usize| {
+                    let x = (column / 2 + dx).saturating_sub(1).min(before.columns - 1);
+                    let y = (row / 2 + dy).saturating_sub(1).min(rows - 1);
+                    before.vectors[y * before.columns + x].map(|v| 2.0 * v)
+                };
+                tries = [[0.0; 2], near(1, 1), near(0, 1), near(2, 1), near(1, 0), near(1, 2)];
+            }
+            let rest = patch.search(b, &[[0.0; 2]], 0).squares;
+            let found = patch.search(b, &tries, DESCENTS);
+            // A move has to explain the change, not merely fit the grain a little better.
+            if found.squares < 0.7 * rest { found.vector } else { [0.0; 2] }
+        };
+        let vectors = (0..count).into_par_iter().with_min_len(32).map(vector).collect();
+        Self { columns: columns.len(), vectors }
+    }
+
+    /// Each component's median over 3x3 blocks, those beyond the border left out.
+    fn median(&self) -> Vec<[f32; 2]> {
+        let rows = self.vectors.len() / self.columns;
+        let at = |i: usize| {
+            let (x, y) = (i % self.columns, i / self.columns);
+            let mut around = Vec::with_capacity(9);
+            for v in y.saturating_sub(1)..(y + 2).min(rows) {
+                for u in x.saturating_sub(1)..(x + 2).min(self.columns) {
+                    around.push(self.vectors[v * self.columns + u]);
+                }
+            }
+            [0, 1].map(|n| {
+                around.sort_unstable_by(|a, b| a[n].total_cmp(&b[n]));
+                around[around.len() / 2][n]
+            })
+        };
+        (0..self.vectors.len()).map(at).collect()
+    }
+}
+
+/// The mean absolute difference of each block between two small pictures, 0..255, row by row.
+pub fn block_differences(a: &Small, b: &Small) -> Vec<f32> {
+    let (columns, rows) = blocks(a);
+    let Size { width, height } = a.plane().size();
+    let (w, h) = (PATCH.min(width as usize), PATCH.min(height as usize));
+    let places = rows.iter().flat_map(|&y| columns.iter().map(move |&x| (x, y)));
+    places
+        .map(|(x, y)| {
+            let mut sum = 0.0;
+            for v in y..y + h {
+                let (a, b) =
+                    (&a.plane().row(v as u32)[x..x + w], &b.plane().row(v as u32)[x..x + w]);
+                sum += a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f32>();
+            }
+            sum / (w * h) as f32
+        })
+        .collect()
+}
+
+/// How well `motion` explains `to`: for each block the correlation, -1..1, of what stood there in
+/// `from` with where it went; `None` for blocks without texture in either.
+pub fn block_correlations(from: &Small, to: &Small, motion: &Motion) -> Vec<Option<f32>> {
+    let (columns, rows) = blocks(from);
+    let Size { width, height } = from.plane().size();
+    let (w, h) = (PATCH.min(width as usize), PATCH.min(height as usize));
+    let mut out = Vec::with_capacity(columns.len() * rows.len());
+    for &y in &rows {
+        for &x in &columns {
+            let vector = motion.vectors[out.len()].map(|v| v / from.factor as f32);
+            let (mut pairs, n) = (Vec::with_capacity(w * h), (w * h) as f32);
+            for v in y..y + h {
+                for u in x..x + w {
+                    let there = sample(to.plane(), u as f32 + vector[0], v as f32 + vector[1]);
+                    pairs.push((from.plane().at(u as u32, v as u32), there));
+                }
+            }
+            let mean = pairs.iter().fold((0.0, 0.0), |m, p| (m.0 + p.0 / n, m.1 + p.1 / n));
+            let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
+            for (a, b) in pairs {
+                let (a, b) = (a - mean.0, b - mean.1);
+                (aa, bb, ab) = (aa + a * a, bb + b * b, ab + a * b);
+            }
+            // Below a standard deviation of 2 levels there is grain, not texture.
+            let texture = aa.max(bb) > 4.0 * n;
+            out.push(texture.then(|| ab / (aa.max(4.0 * n) * bb.max(4.0 * n)).sqrt()));
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn waves(size: Size, u: f64, v: f64) -> Frame {
+        let value = |i: u32| {
+            let (x, y) = (f64::from(i % size.width) - u, f64::from(i / size.width) - v);
+            let wave = (x * 0.071).sin() * (y * 0.053).cos() + (x * 0.031 + y * 0.047).sin();
+            let g = (128.0 + 50.0 * wave).round() as u8;
+            [g, g, g, 255]
+        };
+        let pixels = (0..size.pixels() as u32).map(value).collect();
+        Frame::new(size, pixels).expect("a small frame")
+    }
+
+    fn motion(a: &Frame, b: &Frame) -> Motion {
+        let (a, b) = (Small::new(a), Small::new(b));
+        let (columns, rows) = blocks(&a);
+        Motion::between(&a, &b, &vec![true; columns.len() * rows.len()])
+    }
+
+    #[test]
+    fn a_moved_picture_is_followed() {
+        for size in [Size::new(400, 300), Size::new(1000, 700)] {
+            for (u, v) in [(1.0, 0.0), (6.0, -3.0), (-12.0, 9.0)] {
+                let found = motion(&waves(size, 0.0, 0.0), &waves(size, u, v));
+                let mut off: Vec<f32> = Vec::new();
+                for y in (60..size.height - 60).step_by(20) {
+                    for x in (60..size.width - 60).step_by(20) {
+                        let [fu, fv] = found.at(x as f32, y as f32);
+                        off.push((fu - u as f32).hypot(fv - v as f32));
+                    }
+                }
+                off.sort_unstable_by(f32::total_cmp);
+                let typical = off[off.len() / 2];
+                assert!(typical < 0.5, "{size}, moved by ({u}, {v}): {typical} pixels off");
+            }
+        }
+    }
+
+    #[test]
+    fn equal_pictures_rest_and_so_do_the_smallest() {
+        let frame = waves(Size::new(300, 200), 0.0, 0.0);
+        assert!(motion(&frame, &frame).is_rest());
+        for size in [Size::new(1, 1), Size::new(3, 2), Size::new(1, 900), Size::new(9, 9)] {
+            let found = motion(&waves(size, 0.0, 0.0), &waves(size, 1.0, 0.0));
+            assert!(found.at(0.0, 0.0).iter().all(|v| v.is_finite()));
+            assert!(
+                block_differences(
+                    &Small::new(&waves(size, 0.0, 0.0)),
+                    &Small::new(&waves(size, 0.0, 0.0))
+                )
+                .iter()
+                .all(|&d| d == 0.0)
+            );
+        }
+    }
+}

@@ -1,0 +1,325 @@
+//! The chain on threads: decode, features, mesh, rasterise and encode work on successive frames at the
+//! same time.
+//!
+//! ```text
+//! decode -> features -> mesh (sample, triangulate) -> rasterise -> encode -> the caller's observer
+//! ```
+//!
+//! Every arrow is a channel with room for one frame, one producer and one consumer: frames stay in
+//! order, and at most [`IN_FLIGHT`] of them exist at a time, however long the input is. Sampling and
+//! triangulation share a thread, because the seeds that a frame ends with are those that the next one
+//! starts from. rayon works inside a frame; nothing waits for a channel inside a rayon worker.
+//!
+//! The pictures are those of [`crate::render::Renderer`], byte for byte.
+
+mod admission;
+mod histogram;
+mod hop;
+mod report;
+mod station;
+
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::{self, Scope, ScopedJoinHandle};
+use std::time::Instant;
+
+use crossbeam_channel::{Receiver, Sender, bounded};
+
+use crate::error::{Error, Result};
+use crate::feature::Extractor;
+use crate::options::Options;
+use crate::rasterise::rasterise;
+use crate::sample::Sampler;
+use crate::sink::{Picture, Sink};
+use crate::source::Source;
+use crate::stage::Stage;
+use crate::triangulate::triangulate;
+
+pub use admission::Stop;
+use admission::{Door, decode};
+use histogram::StageHistograms;
+use hop::{Admitted, Featured, Meshed, Painted, Ticket};
+pub use report::{
+    BudgetReport, Ending, FrameReport, InputReport, OutputReport, Report, StageTimes, Summary,
+};
+use station::{Clock, Station};
+
+/// The most frames that exist at a time: one in the hands of each of the five threads, one in each of
+/// the four channels between them.
+pub const IN_FLIGHT: usize = 9;
+
+/// Frames that wait in a channel.
+const ROOM: usize = 1;
+
+/// How to run, beside what to render.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// How to render.
+    pub options: Options,
+    /// Threads that work inside frames, in a pool of this run's own; `None` takes rayon's global pool,
+    /// a thread a core. The stages' own threads come on top. Default `None`.
+    pub threads: Option<NonZeroUsize>,
+    /// Whether the source is live: frames that find no room are dropped, the newest is kept.
+    /// Default `false`.
+    pub live: bool,
+    /// Whether an input that breaks off still gives an output, of the frames before. Default `false`.
+    pub allow_truncated: bool,
+}
+
+/// Watches a run, on the thread that called [`run`].
+pub trait Observer {
+    /// A frame has been written. Called for every frame in order; the pipeline waits meanwhile once its
+    /// channels are full. `Break` asks for a [`Stop`].
+    fn frame_done(&mut self, report: &FrameReport) -> ControlFlow<()>;
+}
+
+/// The observer that does not look.
+impl Observer for () {
+    fn frame_done(&mut self, _: &FrameReport) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+/// Renders all that the source has to the sink. `start` is called on the decoding thread.
+///
+/// # Errors
+/// The first error in frame order, with the frame's number and the stage; the frames before it have
+/// been written, but the sink is dropped unfinished. [`Error::Usage`] for options out of range, and for
+/// an input without frames. A reader who closed the output is no error but [`Ending::Closed`].
+///
+/// # Panics
+/// A panic in a stage, in the source, the sink or the observer is resumed here, after the sink has been
+/// dropped unfinished.
+pub fn run(
+    start: impl FnOnce() -> Result<Box<dyn Source>> + Send,
+    sink: Box<dyn Sink>,
+    settings: &Settings,
+    observer: &mut dyn Observer,
+    stop: &Stop,
+) -> Result<Summary> {
+    settings.options.validate()?;
+    let pool = &Pool::new(settings.threads)?;
+    let began = Instant::now();
+    let over = AtomicBool::new(false);
+    let dropped = AtomicU64::new(0);
+    let mut histograms = StageHistograms::new();
+    let mut frames = 0;
+    let ending = thread::scope(|scope| {
+        let end = End(&over);
+        let (admit, admitted) = bounded(ROOM);
+        let queue = settings.live.then(|| admitted.clone());
+        let door = Door { stop, over: &over, queue, dropped: &dropped };
+        let station = Station::new(Stage::Decode, admit);
+        let decoding = spawn(scope, "decode", move || decode(start, station, &door))?;
+        let (chain, painted) = spawn_chain(scope, admitted, &settings.options, pool)?;
+        let (tell, told) = bounded(ROOM);
+        let delivery = Delivery { sink, tell, stop, keep_truncated: settings.allow_truncated };
+        let encoding = spawn(scope, "encode", move || delivery.run(painted))?;
+
+        for report in told {
+            frames += 1;
+            histograms.add(&report.timing);
+            if observer.frame_done(&report).is_break() {
+                stop.request();
+            }
+        }
+        drop(end);
+        for stage in chain.into_iter().chain([decoding]) {
+            resume(stage);
+        }
+        resume(encoding)
+    })?;
+    Ok(Summary {
+        frames,
+        dropped: dropped.into_inner(),
+        wall: began.elapsed(),
+        stages: StageTimes(histograms.percentiles()),
+        ending,
+    })
+}
+
+/// Tells the way in that all is over, however the caller's part of the run ends.
+struct End<'a>(&'a AtomicBool);
+
+impl Drop for End<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Running stages, and what comes out of the last of them.
+type Chain<'s> = (Vec<ScopedJoinHandle<'s, ()>>, Receiver<Result<Painted>>);
+
+/// The stages between decode and encode, each on a thread of its own.
+fn spawn_chain<'s, 'e>(
+    scope: &'s Scope<'s, 'e>,
+    admitted: Receiver<Result<Admitted>>,
+    options: &'e Options,
+    pool: &'e Pool,
+) -> Result<Chain<'s>> {
+    let (extract, extracted) = bounded(ROOM);
+    let station = Station::new(Stage::Features, extract);
+    let mut extractor = Extractor::new(options);
+    let extracting = spawn(scope, "features", move || {
+        station.run(admitted, |clock, hop| features(&mut extractor, hop, clock, pool));
+    })?;
+    let (mesh, meshed) = bounded(ROOM);
+    let station = Station::new(Stage::Sample, mesh);
+    let mut sampler = Sampler::new(options);
+    let meshing = spawn(scope, "mesh", move || {
+        station.run(extracted, |clock, hop| build_mesh(&mut sampler, hop, clock, pool));
+    })?;
+    let (paint, painted) = bounded(ROOM);
+    let station = Station::new(Stage::Rasterise, paint);
+    let painting = spawn(scope, "rasterise", move || {
+        station.run(meshed, |clock, hop| fill(options, hop, clock, pool));
+    })?;
+    Ok((vec![extracting, meshing, painting], painted))
+}
+
+/// Level one.
+fn features(
+    extractor: &mut Extractor,
+    hop: Admitted,
+    clock: &mut Clock,
+    pool: &Pool,
+) -> Result<Featured> {
+    let Admitted { mut ticket, frame } = hop;
+    let report = &mut ticket.report;
+    let features =
+        pool.work(|| clock.time(Stage::Features, report, || Ok(extractor.extract(&frame))))?;
+    report.candidates = features.candidates.len();
+    Ok(Featured { ticket, frame, features })
+}
+
+/// Level two, and the triangulation.
+fn build_mesh(
+    sampler: &mut Sampler,
+    hop: Featured,
+    clock: &mut Clock,
+    pool: &Pool,
+) -> Result<Meshed> {
+    let Featured { mut ticket, frame, features } = hop;
+    let report = &mut ticket.report;
+    let sampled =
+        pool.work(|| clock.time(Stage::Sample, report, || Ok(sampler.sample(&features))))?;
+    let mesh = pool.work(|| {
+        clock.time(Stage::Triangulate, report, || triangulate(frame.size(), &sampled.seeds))
+    })?;
+    report.seeds = mesh.seeds().len();
+    report.seeds_kept = sampled.kept;
+    report.seeds_moved = sampled.moved;
+    report.seeds_born = sampled.born;
+    report.seeds_died = sampled.died;
+    report.cut = sampled.cut;
+    report.triangles = mesh.triangles.len();
+    Ok(Meshed { ticket, frame, mesh })
+}
+
+/// Mean colours, and the picture.
+fn fill(options: &Options, hop: Meshed, clock: &mut Clock, pool: &Pool) -> Result<Painted> {
+    let Meshed { ticket: Ticket { span, mut report }, frame, mesh } = hop;
+    let outline = options.outline.map(|colour| colour.0);
+    let painting = pool.work(|| {
+        clock.time(Stage::Rasterise, &mut report, || Ok(rasterise(&mesh, &frame, outline)))
+    })?;
+    Ok(Painted { report, picture: Picture { frame: painting.frame, fills: painting.fills, span } })
+}
+
+/// The end of the chain: the sink, and the way to the observer.
+struct Delivery<'a> {
+    sink: Box<dyn Sink>,
+    tell: Sender<FrameReport>,
+    stop: &'a Stop,
+    keep_truncated: bool,
+}
+
+impl Delivery<'_> {
+    /// Writes all pictures. The sink is finished unless an error comes in, or out of it.
+    fn run(mut self, inbox: Receiver<Result<Painted>>) -> Result<Ending> {
+        let mut clock = Clock::new(Stage::Encode);
+        let mut written = 0u64;
+        for hop in inbox {
+            let Painted { mut report, picture } = match hop {
+                Ok(hop) => hop,
+                Err(error) if self.keep_truncated && written > 0 && is_truncation(&error) => {
+                    return self.finish(Ending::Truncated(error));
+                }
+                Err(error) => return Err(error),
+            };
+            match clock.time(Stage::Encode, &mut report, || self.sink.write(picture)) {
+                Err(Error::Closed) => return Ok(Ending::Closed),
+                done => done?,
+            }
+            written += 1;
+            if self.tell.send(report).is_err() {
+                // The caller's thread is unwinding; the sink goes unfinished, as in any failure.
+                return Ok(Ending::Stopped);
+            }
+        }
+        match (written, self.stop.is_requested()) {
+            (0, true) => Ok(Ending::Stopped),
+            (0, false) => Err(Error::usage("there are no frames to render")),
+            (_, true) => self.finish(Ending::Stopped),
+            (_, false) => self.finish(Ending::Complete),
+        }
+    }
+
+    fn finish(self, ending: Ending) -> Result<Ending> {
+        match self.sink.finish() {
+            Err(Error::Closed) => Ok(Ending::Closed),
+            done => done.map(|()| ending),
+        }
+    }
+}
+
+/// Whether `error` says that the input broke off, rather than that we failed.
+fn is_truncation(error: &Error) -> bool {
+    matches!(error, Error::Input { .. } | Error::Frame { stage: Stage::Decode, .. })
+}
+
+/// Where the work inside a frame is done.
+enum Pool {
+    /// By the stage's thread, with rayon's global pool at its side.
+    Global,
+    /// In a pool of our own. The stages' threads wait for it, but nothing inside it waits for them.
+    Own(rayon::ThreadPool),
+}
+
+impl Pool {
+    fn new(threads: Option<NonZeroUsize>) -> Result<Self> {
+        let Some(threads) = threads else { return Ok(Self::Global) };
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.get())
+            .thread_name(|n| format!("inside-{n}"))
+            .build()
+            .map(Self::Own)
+            .map_err(|error| Error::usage(format!("{threads} threads cannot be had: {error}")))
+    }
+
+    fn work<T: Send>(&self, job: impl FnOnce() -> T + Send) -> T {
+        match self {
+            Self::Global => job(),
+            Self::Own(pool) => pool.install(job),
+        }
+    }
+}
+
+/// A thread called `name`. When it cannot be had, those that were begun end by themselves, because
+/// their channels do.
+fn spawn<'s, T: Send + 's>(
+    scope: &'s Scope<'s, '_>,
+    name: &str,
+    job: impl FnOnce() -> T + Send + 's,
+) -> Result<ScopedJoinHandle<'s, T>> {
+    thread::Builder::new()
+        .name(name.to_owned())
+        .spawn_scoped(scope, job)
+        .map_err(|error| Error::usage(format!("the {name} thread cannot be had: {error}")))
+}
+
+/// What the thread returned; its panic goes on here.
+fn resume<T>(handle: ScopedJoinHandle<'_, T>) -> T {
+    handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+}

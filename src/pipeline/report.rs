@@ -1,0 +1,205 @@
+//! What a run has to say of itself: for every frame, in sum, and as JSON.
+
+use std::time::Duration;
+
+use serde::ser::{Serialize, SerializeMap, Serializer};
+
+use crate::error::Error;
+use crate::frame::StreamInfo;
+use crate::geom::Size;
+use crate::stage::{Percentiles, Stage, Timing};
+
+/// How one frame came to be, in figures.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct FrameReport {
+    /// Number of the frame in the source, from 0. Dropped frames leave gaps.
+    pub index: u64,
+    /// When it is shown, in seconds.
+    pub pts_s: f64,
+    /// Feature points that level one found.
+    pub candidates: usize,
+    /// Seeds of its mesh.
+    pub seeds: usize,
+    /// Seeds of the frame before that stayed where they were.
+    pub seeds_kept: usize,
+    /// Seeds of the frame before that moved with the picture.
+    pub seeds_moved: usize,
+    /// Seeds that were not there before.
+    pub seeds_born: usize,
+    /// Seeds of the frame before that are gone.
+    pub seeds_died: usize,
+    /// Triangles of its mesh.
+    pub triangles: usize,
+    /// Refinement steps that it got.
+    pub refine_steps: u32,
+    /// Share of the full quality that was asked for, 1 without a budget.
+    pub detail: f64,
+    /// Whether a new shot begins with it.
+    pub cut: bool,
+    /// Time at work in each stage.
+    #[serde(rename = "ms", serialize_with = "milliseconds")]
+    pub timing: Timing,
+}
+
+impl FrameReport {
+    /// The report of frame `index` before anything is known of it.
+    pub(super) fn new(index: u64) -> Self {
+        Self {
+            index,
+            pts_s: 0.0,
+            candidates: 0,
+            seeds: 0,
+            seeds_kept: 0,
+            seeds_moved: 0,
+            seeds_born: 0,
+            seeds_died: 0,
+            triangles: 0,
+            refine_steps: 0,
+            detail: 1.0,
+            cut: false,
+            timing: Timing::default(),
+        }
+    }
+}
+
+fn milliseconds<S: Serializer>(timing: &Timing, to: S) -> Result<S::Ok, S::Error> {
+    let mut map = to.serialize_map(Some(Stage::ALL.len()))?;
+    for stage in Stage::ALL {
+        map.serialize_entry(stage.name(), &(timing.get(stage).as_secs_f64() * 1e3))?;
+    }
+    map.end()
+}
+
+/// Median and tails of the times of every stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StageTimes(pub(super) [Percentiles; Stage::ALL.len()]);
+
+impl StageTimes {
+    /// Those of `stage`.
+    pub fn get(&self, stage: Stage) -> Percentiles {
+        self.0[stage as usize]
+    }
+}
+
+impl Serialize for StageTimes {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let mut map = to.serialize_map(Some(Stage::ALL.len()))?;
+        for stage in Stage::ALL {
+            map.serialize_entry(stage.name(), &self.get(stage))?;
+        }
+        map.end()
+    }
+}
+
+/// How a run ended that did not fail.
+#[derive(Debug)]
+pub enum Ending {
+    /// With the end of the input.
+    Complete,
+    /// When it was asked to stop; the output is a shorter one.
+    Stopped,
+    /// The reader of the output had enough.
+    Closed,
+    /// With an input that broke off, where that was allowed; the output holds the frames before.
+    Truncated(Error),
+}
+
+/// A run in sum.
+#[derive(Debug)]
+pub struct Summary {
+    /// Frames written.
+    pub frames: u64,
+    /// Frames of a live source that were not taken in.
+    pub dropped: u64,
+    /// From start to finished output.
+    pub wall: Duration,
+    /// Median and tails of the stages' times, within 0.8 %.
+    pub stages: StageTimes,
+    /// How it ended.
+    pub ending: Ending,
+}
+
+impl Summary {
+    /// Frames written a second.
+    pub fn fps(&self) -> f64 {
+        let seconds = self.wall.as_secs_f64();
+        if seconds > 0.0 { self.frames as f64 / seconds } else { 0.0 }
+    }
+}
+
+/// A run as `--report` writes it.
+#[derive(Debug, serde::Serialize)]
+pub struct Report {
+    /// What was read.
+    pub input: InputReport,
+    /// What was written.
+    pub output: OutputReport,
+    /// Frames written.
+    pub frames: u64,
+    /// Frames of a live source that were not taken in.
+    pub dropped: u64,
+    /// Seconds from start to finished output.
+    pub wall_s: f64,
+    /// Frames written a second.
+    pub fps: f64,
+    /// Median and tails of each stage's time.
+    pub stages: StageTimes,
+    /// How the time budget was kept.
+    pub budget: BudgetReport,
+    /// Every frame, in order.
+    pub per_frame: Vec<FrameReport>,
+}
+
+impl Report {
+    /// The report of a run with `summary` and its frames.
+    pub fn new(
+        input: InputReport,
+        output: OutputReport,
+        summary: &Summary,
+        per_frame: Vec<FrameReport>,
+    ) -> Self {
+        Self {
+            input,
+            output,
+            frames: summary.frames,
+            dropped: summary.dropped,
+            wall_s: summary.wall.as_secs_f64(),
+            fps: summary.fps(),
+            stages: summary.stages,
+            budget: BudgetReport::default(),
+            per_frame,
+        }
+    }
+}
+
+/// What was read.
+#[derive(Debug, serde::Serialize)]
+pub struct InputReport {
+    /// The inputs as they were named.
+    pub paths: Vec<String>,
+    /// What was known of the stream before it was read.
+    #[serde(flatten)]
+    pub info: StreamInfo,
+}
+
+/// What was written.
+#[derive(Debug, serde::Serialize)]
+pub struct OutputReport {
+    /// The output as it was named.
+    pub path: String,
+    /// Size of every frame.
+    pub size: Size,
+    /// Bytes of the file; `None` for several files and for standard output.
+    pub bytes: Option<u64>,
+}
+
+/// How the time budget was kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct BudgetReport {
+    /// Time for each frame; `None` when none was set.
+    pub ms: Option<f64>,
+    /// Frames that took longer.
+    pub missed: u64,
+    /// How often the detail was changed.
+    pub changes: u64,
+}

@@ -1,0 +1,393 @@
+//! GIF: whole pictures in, only what changed out.
+//!
+//! Against what the viewer sees already (the canvas), only the rectangle of what changed is written,
+//! and in it only the pixels that changed; the others are transparent. A pixel also stays as it is if
+//! its old colour is as near to the new one as the palette's best.
+//!
+//! GIF cannot make a pixel transparent again by drawing. Only the frame before can: by asking that
+//! its rectangle be cleared after it. So a frame is written when the next one is known.
+
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use gif::{DisposalMethod, EncodingError, Repeat};
+use rayon::prelude::*;
+
+use super::palette::{Lookup, MOST, Palette, Rgb, distance, distinct, rgb};
+use super::place::Place;
+use super::still::nothing;
+use super::{Picture, Sink, SinkOptions};
+use crate::error::{Error, Result};
+use crate::frame::{Frame, Loops, Rational, Rgba, Span, StreamInfo};
+use crate::geom::Size;
+
+/// Pixels with less alpha are transparent.
+const THRESHOLD: u8 = 128;
+
+/// A GIF being written.
+pub(crate) struct Gif {
+    place: Place,
+    loops: Loops,
+    still: bool,
+    clock: Clock,
+    palette: Option<Palette>,
+    /// What the viewer sees once the waiting frame is shown; pixels have alpha 0 or 255.
+    canvas: Vec<Rgba>,
+    /// Of a whole frame, kept as a buffer.
+    indices: Vec<u8>,
+    size: Size,
+    out: Option<Out>,
+    waiting: Option<Waiting>,
+}
+
+/// The encoder, which exists from the first frame on, and its palette.
+struct Out {
+    encoder: gif::Encoder<BufWriter<File>>,
+    global: Vec<Rgb>,
+}
+
+/// A frame that is written when the next one is known.
+struct Waiting {
+    area: Area,
+    /// Of `area`, row by row.
+    indices: Vec<u8>,
+    colours: Vec<Rgb>,
+    span: Span,
+}
+
+impl Gif {
+    /// A GIF at `output`.
+    ///
+    /// # Errors
+    /// As [`Place::reserve`].
+    pub(crate) fn create(output: &Path, info: &StreamInfo, options: &SinkOptions) -> Result<Self> {
+        Ok(Self {
+            place: Place::reserve(output, options)?,
+            loops: if info.still { Loops::Once } else { options.loops.unwrap_or(info.loops) },
+            still: info.still,
+            clock: Clock::default(),
+            palette: None,
+            canvas: Vec::new(),
+            indices: Vec::new(),
+            size: info.size,
+            out: None,
+            waiting: None,
+        })
+    }
+
+    /// The encoder, made with the first frame's palette.
+    fn begin(&mut self, colours: &[Rgb]) -> Result<(), EncodingError> {
+        let side = |v: u32| u16::try_from(v).map_err(|_| too_large());
+        let (width, height) = (side(self.size.width)?, side(self.size.height)?);
+        let file = BufWriter::with_capacity(1 << 16, self.place.file().try_clone()?);
+        let mut encoder = gif::Encoder::new(file, width, height, &table(colours))?;
+        encoder.set_repeat(match self.loops {
+            Loops::Forever => Repeat::Infinite,
+            // The file says how often it is repeated after the first time.
+            Loops::Times(n) => {
+                Repeat::Finite(u16::try_from(n.saturating_sub(1)).unwrap_or(u16::MAX))
+            }
+            Loops::Once => Repeat::Finite(0),
+        })?;
+        self.out = Some(Out { encoder, global: colours.to_vec() });
+        Ok(())
+    }
+
+    /// Draws `frame` onto the canvas, and returns what has to be written for it.
+    fn draw(&mut self, frame: &Frame, palette: &Palette, lookup: &Lookup, span: Span) -> Waiting {
+        let width = self.size.width as usize;
+        let first = self.canvas.is_empty();
+        self.canvas.resize(self.size.pixels(), [0; 4]);
+        self.indices.resize(self.size.pixels(), 0);
+        let rows = self.canvas.par_chunks_mut(width).zip(self.indices.par_chunks_mut(width));
+        let changed: Area = rows
+            .zip(frame.pixels().par_chunks(width))
+            .enumerate()
+            .with_min_len(64)
+            .map(|(y, ((canvas, indices), pixels))| {
+                draw_row(pixels, canvas, indices, palette, lookup)
+                    .map_or(Area::NONE, |(x0, x1)| Area { x0, y0: y, x1, y1: y + 1 })
+            })
+            .reduce(|| Area::NONE, Area::union);
+        let area = match changed {
+            // Readers expect the first frame to cover the screen.
+            _ if first => Area { x0: 0, y0: 0, x1: width, y1: self.size.height as usize },
+            // A frame must have a pixel, and this one stays as it is.
+            Area::NONE => Area { x0: 0, y0: 0, x1: 1, y1: 1 },
+            area => area,
+        };
+        let indices = area.rows(width).flat_map(|r| self.indices[r].iter().copied()).collect();
+        Waiting { area, indices, colours: palette.colours().to_vec(), span }
+    }
+
+    /// Writes the waiting frame. `next` begins when it ends; `clear` is to be transparent then.
+    fn flush(&mut self, next: Option<Span>, clear: Area) -> Result<(), EncodingError> {
+        let Some(mut waiting) = self.waiting.take() else { return Ok(()) };
+        let delay = if self.still && waiting.span.length.is_none() {
+            0
+        } else {
+            self.clock.delay(waiting.span, next)
+        };
+        let transparent = waiting.colours.len() as u8;
+        let mut dispose = DisposalMethod::Keep;
+        if clear != Area::NONE {
+            dispose = DisposalMethod::Background;
+            waiting.grow(waiting.area.union(clear), transparent);
+            for row in waiting.area.rows(self.size.width as usize) {
+                self.canvas[row].fill([0; 4]);
+            }
+        }
+        if self.out.is_none() {
+            self.begin(&waiting.colours)?;
+        }
+        let Some(out) = &mut self.out else { return Ok(()) };
+        let area = waiting.area;
+        let palette = (waiting.colours != out.global).then(|| table(&waiting.colours));
+        out.encoder.write_frame(&gif::Frame {
+            delay,
+            dispose,
+            transparent: Some(transparent),
+            left: area.x0 as u16,
+            top: area.y0 as u16,
+            width: (area.x1 - area.x0) as u16,
+            height: (area.y1 - area.y0) as u16,
+            palette,
+            buffer: Cow::Owned(waiting.indices),
+            ..gif::Frame::default()
+        })
+    }
+
+    /// The rectangle of what the viewer sees and `frame` does not have.
+    fn vanished(&self, frame: &Frame) -> Area {
+        if frame.is_opaque() || self.canvas.is_empty() {
+            return Area::NONE;
+        }
+        let width = self.size.width as usize;
+        let rows = self.canvas.chunks(width).zip(frame.pixels().chunks(width)).enumerate();
+        rows.map(|(y, (canvas, pixels))| {
+            let gone = |x: &usize| canvas[*x][3] != 0 && pixels[*x][3] < THRESHOLD;
+            match ((0..width).find(gone), (0..width).rev().find(gone)) {
+                (Some(x0), Some(x1)) => Area { x0, y0: y, x1: x1 + 1, y1: y + 1 },
+                _ => Area::NONE,
+            }
+        })
+        .fold(Area::NONE, Area::union)
+    }
+
+    fn failed(&self, error: EncodingError) -> Error {
+        match error {
+            EncodingError::Io(e) => self.place.failed(&e),
+            e => self.place.failed(&io::Error::other(e)),
+        }
+    }
+}
+
+impl Sink for Gif {
+    fn write(&mut self, picture: Picture) -> Result<()> {
+        let Picture { frame, fills, span } = picture;
+        if frame.size() != self.size {
+            let what = format!("a frame of {} cannot go into a GIF of {}", frame.size(), self.size);
+            return Err(Error::output(self.place.named(), what));
+        }
+        let gone = self.vanished(&frame);
+        self.flush(Some(span), gone).map_err(|e| self.failed(e))?;
+        let colours = distinct(&fills, THRESHOLD);
+        let palette = Palette::next(&colours, self.palette.as_ref());
+        let lookup = palette.lookup(&colours);
+        self.waiting = Some(self.draw(&frame, &palette, &lookup, span));
+        self.palette = Some(palette);
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<()> {
+        self.flush(None, Area::NONE).map_err(|e| self.failed(e))?;
+        let Some(out) = self.out.take() else { return Err(nothing(self.place.named())) };
+        // The encoder's own `Drop` would hide an error of writing the trailer.
+        let mut file = out.encoder.into_inner().map_err(|e| self.failed(e))?;
+        file.flush().map_err(|e| self.place.failed(&e))?;
+        drop(file);
+        self.place.commit()
+    }
+}
+
+/// Draws a row: the canvas gets what the viewer will see, `indices` what is written. Returns the
+/// range of changed pixels.
+fn draw_row(
+    pixels: &[Rgba],
+    canvas: &mut [Rgba],
+    indices: &mut [u8],
+    palette: &Palette,
+    lookup: &Lookup,
+) -> Option<(usize, usize)> {
+    let transparent = palette.colours().len() as u8;
+    indices.fill(transparent);
+    let (mut first, mut end, mut x) = (usize::MAX, 0, 0);
+    for run in pixels.chunk_by(|a, b| a == b) {
+        let places = x..x + run.len();
+        x = places.end;
+        // Where it must vanish, it has been cleared.
+        if run[0][3] < THRESHOLD {
+            continue;
+        }
+        let colour = rgb(run[0]);
+        let best = lookup.get(colour).unwrap_or_else(|| palette.nearest(colour));
+        let [r, g, b] = palette.colours()[best.index as usize];
+        let best_colour = [r, g, b, 255];
+        for (i, seen) in places.clone().zip(&mut canvas[places]) {
+            if *seen == best_colour {
+                // Where the colour has just been written, to go on with it packs better than to
+                // change to the transparent one.
+                if i > 0 && indices[i - 1] == best.index {
+                    indices[i] = best.index;
+                }
+                continue;
+            }
+            if seen[3] == 0 || distance(rgb(*seen), colour) > best.distance {
+                (*seen, indices[i]) = (best_colour, best.index);
+                first = first.min(i);
+                end = i + 1;
+            }
+        }
+    }
+    (end > 0).then_some((first, end))
+}
+
+impl Waiting {
+    /// Makes the rectangle larger; the new part stays as it is.
+    fn grow(&mut self, to: Area, transparent: u8) {
+        if to == self.area {
+            return;
+        }
+        let width = to.x1 - to.x0;
+        let mut grown = vec![transparent; width * (to.y1 - to.y0)];
+        let (dx, dy) = (self.area.x0 - to.x0, self.area.y0 - to.y0);
+        let inner = self.area.x1 - self.area.x0;
+        for (row, old) in grown.chunks_mut(width).skip(dy).zip(self.indices.chunks(inner)) {
+            row[dx..dx + inner].copy_from_slice(old);
+        }
+        (self.area, self.indices) = (to, grown);
+    }
+}
+
+/// A colour table as it stands in the file, with an entry for the transparent index.
+fn table(colours: &[Rgb]) -> Vec<u8> {
+    debug_assert!(colours.len() <= MOST, "one index is for transparent pixels");
+    [colours.as_flattened(), &[0; 3]].concat()
+}
+
+fn too_large() -> EncodingError {
+    EncodingError::Io(io::Error::other("a GIF has at most 65535 pixels a side"))
+}
+
+/// A rectangle of pixels, `x0 <= x < x1`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Area {
+    x0: usize,
+    y0: usize,
+    x1: usize,
+    y1: usize,
+}
+
+impl Area {
+    /// No pixel; unites with any rectangle to that one.
+    const NONE: Self = Self { x0: usize::MAX, y0: usize::MAX, x1: 0, y1: 0 };
+
+    fn union(self, o: Self) -> Self {
+        Self {
+            x0: self.x0.min(o.x0),
+            y0: self.y0.min(o.y0),
+            x1: self.x1.max(o.x1),
+            y1: self.y1.max(o.y1),
+        }
+    }
+
+    /// The ranges of its rows in a frame `width` wide.
+    fn rows(self, width: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
+        (self.y0..self.y1).map(move |y| y * width + self.x0..y * width + self.x1)
+    }
+}
+
+/// Turns lengths into whole hundredths of a second, carrying what is lost to the next frame.
+#[derive(Debug)]
+struct Clock {
+    /// Where the next frame should start and where it does, in hundredths.
+    due: Rational,
+    written: i64,
+    last: Rational,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        // A tenth is what browsers make of a frame without a length.
+        Self { due: Rational::ZERO, written: 0, last: Rational::new(10, 1) }
+    }
+}
+
+/// The shortest delay that browsers keep; they show shorter ones for ten hundredths.
+const SHORTEST: i64 = 2;
+
+impl Clock {
+    /// The delay of a frame. Whole hundredths stay what they are, 0 and 1 included, since they were
+    /// somebody's choice; lengths that must be rounded do not fall below [`SHORTEST`].
+    fn delay(&mut self, span: Span, next: Option<Span>) -> u16 {
+        let length = span.length.or_else(|| next.map(|n| n.start - span.start));
+        let length = length.map_or(self.last, |l| (l * Rational::new(100, 1)).max(Rational::ZERO));
+        self.last = length;
+        self.due = self.due + length;
+        let delay = if length.den == 1 {
+            length.num
+        } else {
+            let due = (2 * self.due.num + self.due.den).div_euclid(2 * self.due.den);
+            (due - self.written).max(SHORTEST)
+        };
+        let delay = delay.min(u16::MAX.into());
+        self.written += delay;
+        delay as u16
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn delays(lengths: &[Rational]) -> Vec<u16> {
+        let mut clock = Clock::default();
+        let mut start = Rational::ZERO;
+        lengths
+            .iter()
+            .map(|&length| {
+                let span = Span { start, length: Some(length) };
+                start = start + length;
+                clock.delay(span, None)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn whole_hundredths_come_out_exactly() {
+        let lengths = [0, 1, 2, 7, 500, 0].map(|d| Rational::new(d, 100));
+        assert_eq!(delays(&lengths), [0, 1, 2, 7, 500, 0]);
+    }
+
+    #[test]
+    fn rounding_is_carried_so_that_the_total_is_right() {
+        assert_eq!(delays(&[Rational::new(1, 30); 6]), [3, 4, 3, 3, 4, 3]);
+        let ntsc = delays(&vec![Rational::new(1001, 24000); 2400]);
+        assert_eq!(ntsc.iter().map(|&d| u32::from(d)).sum::<u32>(), 10010);
+    }
+
+    #[test]
+    fn rates_that_browsers_slow_down_are_kept_at_fifty() {
+        assert_eq!(delays(&[Rational::new(1, 60); 4]), [2, 2, 2, 2]);
+    }
+
+    #[test]
+    fn frames_without_length_last_until_the_next_one() {
+        let mut clock = Clock::default();
+        let span = |s| Span { start: Rational::new(s, 100), length: None };
+        assert_eq!(clock.delay(span(0), Some(span(12))), 12);
+        assert_eq!(clock.delay(span(12), None), 12, "the last one as long as the one before");
+    }
+}

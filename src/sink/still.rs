@@ -1,0 +1,190 @@
+//! Pictures in files of their own: PNG, JPEG, WebP, BMP, TIFF; one, or a numbered series.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use image::codecs::bmp::BmpEncoder;
+use image::codecs::jpeg::JpegEncoder;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::codecs::tiff::TiffEncoder;
+use image::codecs::webp::WebPEncoder;
+use image::{ExtendedColorType, ImageEncoder, ImageError};
+
+use super::place::{Place, Series};
+use super::{Picture, Sink, SinkOptions};
+use crate::error::{Error, Result};
+use crate::frame::{Frame, Rgba};
+
+/// Quality of JPEG if nobody asked for one: flat areas show no ringing at it.
+const QUALITY: u8 = 90;
+
+/// A format of stills.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    Png,
+    Jpeg,
+    WebP,
+    Bmp,
+    Tiff,
+}
+
+impl Format {
+    /// The format that a lower-case extension stands for.
+    pub(crate) fn of_extension(extension: &str) -> Option<Self> {
+        Some(match extension {
+            "png" => Self::Png,
+            "jpg" | "jpeg" => Self::Jpeg,
+            "webp" => Self::WebP,
+            "bmp" => Self::Bmp,
+            "tif" | "tiff" => Self::Tiff,
+            _ => return None,
+        })
+    }
+}
+
+/// Encodes frames; keeps its buffer from one to the next.
+#[derive(Debug)]
+struct Encoder {
+    format: Format,
+    background: Rgba,
+    quality: u8,
+    rgb: Vec<u8>,
+}
+
+impl Encoder {
+    fn new(format: Format, options: &SinkOptions) -> Result<Self> {
+        let quality = options.quality.unwrap_or(QUALITY);
+        if !(1..=100).contains(&quality) {
+            return Err(Error::usage(format!("a JPEG's quality is 1 to 100, not {quality}")));
+        }
+        Ok(Self { format, background: options.background, quality, rgb: Vec::new() })
+    }
+
+    fn encode(&mut self, frame: &Frame, file: &File, named: &Path) -> Result<()> {
+        let mut out = BufWriter::with_capacity(1 << 16, file);
+        self.encode_to(frame, &mut out)
+            .and_then(|()| out.flush().map_err(ImageError::IoError))
+            .map_err(|e| Error::output(named, format!("cannot be written: {e}")))
+    }
+
+    fn encode_to(
+        &mut self,
+        frame: &Frame,
+        out: &mut (impl Write + std::io::Seek),
+    ) -> Result<(), ImageError> {
+        let (width, height) = (frame.size().width, frame.size().height);
+        let (bytes, colour) = if frame.is_opaque() || self.format == Format::Jpeg {
+            self.flatten(frame);
+            (self.rgb.as_slice(), ExtendedColorType::Rgb8)
+        } else {
+            (frame.pixels().as_flattened(), ExtendedColorType::Rgba8)
+        };
+        match self.format {
+            // On flat pictures of 1 MP: 4 ms and 570 KiB; filter Up 4 ms and 610 KiB, Adaptive 11 ms
+            // and 570 KiB; the next level of compression 13 ms and 430 KiB.
+            Format::Png => {
+                PngEncoder::new_with_quality(out, CompressionType::Fast, FilterType::Paeth)
+                    .write_image(bytes, width, height, colour)
+            }
+            Format::Jpeg => JpegEncoder::new_with_quality(out, self.quality)
+                .write_image(bytes, width, height, colour),
+            Format::WebP => {
+                WebPEncoder::new_lossless(out).write_image(bytes, width, height, colour)
+            }
+            Format::Bmp => BmpEncoder::new(out).write_image(bytes, width, height, colour),
+            Format::Tiff => TiffEncoder::new(out).write_image(bytes, width, height, colour),
+        }
+    }
+
+    /// The frame without alpha, on the background, into `rgb`.
+    fn flatten(&mut self, frame: &Frame) {
+        self.rgb.clear();
+        self.rgb.reserve(3 * frame.pixels().len());
+        if frame.is_opaque() {
+            self.rgb.extend(frame.pixels().iter().flat_map(|&[r, g, b, _]| [r, g, b]));
+            return;
+        }
+        let [br, bg, bb, _] = self.background;
+        for &[r, g, b, a] in frame.pixels() {
+            let over = |top: u8, bottom: u8| {
+                let (a, top, bottom) = (u32::from(a), u32::from(top), u32::from(bottom));
+                ((top * a + bottom * (255 - a) + 127) / 255) as u8
+            };
+            self.rgb.extend([over(r, br), over(g, bg), over(b, bb)]);
+        }
+    }
+}
+
+/// One picture in one file.
+#[derive(Debug)]
+pub(crate) struct Still {
+    encoder: Encoder,
+    place: Place,
+    written: bool,
+}
+
+impl Still {
+    /// A still at `output`.
+    ///
+    /// # Errors
+    /// As [`Place::reserve`].
+    pub(crate) fn create(output: &Path, format: Format, options: &SinkOptions) -> Result<Self> {
+        let encoder = Encoder::new(format, options)?;
+        Ok(Self { encoder, place: Place::reserve(output, options)?, written: false })
+    }
+}
+
+impl Sink for Still {
+    fn write(&mut self, picture: Picture) -> Result<()> {
+        let named = self.place.named();
+        if self.written {
+            return Err(Error::output(named, "one picture cannot hold a second frame"));
+        }
+        self.written = true;
+        self.encoder.encode(&picture.frame, self.place.file(), named)
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        if !self.written {
+            return Err(nothing(self.place.named()));
+        }
+        self.place.commit()
+    }
+}
+
+/// Numbered pictures.
+#[derive(Debug)]
+pub(crate) struct Numbered {
+    encoder: Encoder,
+    series: Series,
+}
+
+impl Numbered {
+    /// Pictures that go to the places of `series`.
+    ///
+    /// # Errors
+    /// When the options do not suit the format.
+    pub(crate) fn create(series: Series, format: Format, options: &SinkOptions) -> Result<Self> {
+        Ok(Self { encoder: Encoder::new(format, options)?, series })
+    }
+}
+
+impl Sink for Numbered {
+    fn write(&mut self, picture: Picture) -> Result<()> {
+        let (file, named) = self.series.file()?;
+        self.encoder.encode(&picture.frame, &file, &named)
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        if self.series.is_empty() {
+            return Err(nothing(&self.series.first()));
+        }
+        self.series.commit()
+    }
+}
+
+/// An output that got no frame.
+pub(crate) fn nothing(named: &Path) -> Error {
+    Error::output(named, "no frame came, so nothing is written")
+}

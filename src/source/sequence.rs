@@ -1,0 +1,161 @@
+//! Pictures from files of their own, at a constant rate; a still is a sequence of one.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use image::ImageFormat;
+
+use super::detect::{self, Kind, READABLE};
+use super::still::{self, Header};
+use super::{Decoded, Input, SEQUENCE_RATE, Source, SourceOptions};
+use crate::error::{Error, Result};
+use crate::frame::{Loops, Rational, Span, StreamInfo};
+use crate::geom::Size;
+
+/// Opens one picture as a still.
+///
+/// # Errors
+/// When its header is broken or claims too much.
+pub(crate) fn open_still(
+    path: PathBuf,
+    format: ImageFormat,
+    options: &SourceOptions,
+) -> Result<Input> {
+    let Header { size, alpha } = still::header(&path, format)?;
+    let info = StreamInfo {
+        format: still::word(format).into(),
+        size,
+        frames: Some(1),
+        rate: None,
+        duration: None,
+        alpha,
+        still: true,
+        loops: Loops::Once,
+        audio: None,
+        live: false,
+        colour: None,
+    };
+    Ok(input(Arc::from([path]), info, None, options))
+}
+
+/// Opens several pictures as a sequence. All headers are read now, so that a picture of another size
+/// is found before the work begins.
+///
+/// # Errors
+/// When a file is missing, no picture, broken, or differs in size from the first.
+pub(crate) fn open_sequence(paths: &[PathBuf], options: &SourceOptions) -> Result<Input> {
+    let rate = options.fps.unwrap_or(SEQUENCE_RATE);
+    let Some(length) = rate.recip().filter(|l| l.num > 0) else {
+        return Err(Error::usage(format!("a rate of {rate} frames per second cannot be played")));
+    };
+    let mut first: Option<(&Path, Size, ImageFormat)> = None;
+    let mut alpha = false;
+    for (number, path) in paths.iter().enumerate() {
+        let number = number as u64;
+        let format = picture(path).map_err(|e| at_frame(e, number))?;
+        let header = still::header(path, format).map_err(|e| at_frame(e, number))?;
+        alpha |= header.alpha;
+        match first {
+            None => first = Some((path, header.size, format)),
+            Some((other, size, _)) => same_size(path, number, header.size, other, size)?,
+        }
+    }
+    let Some((_, size, format)) = first else {
+        return Err(Error::usage("a sequence needs a picture"));
+    };
+    let info = StreamInfo {
+        format: format!("{} sequence", still::word(format)),
+        size,
+        frames: Some(paths.len() as u64),
+        rate: Some(rate),
+        duration: Some(length * Rational::new(paths.len() as i64, 1)),
+        alpha,
+        still: false,
+        loops: Loops::Forever,
+        audio: None,
+        live: false,
+        colour: None,
+    };
+    Ok(input(Arc::from(paths), info, Some(length), options))
+}
+
+fn input(
+    paths: Arc<[PathBuf]>,
+    info: StreamInfo,
+    length: Option<Rational>,
+    options: &SourceOptions,
+) -> Input {
+    let (size, allow_truncated) = (info.size, options.allow_truncated);
+    let files = paths.clone();
+    Input::new(files, info, move || {
+        Ok(Box::new(Sequence { paths, next: 0, size, length, allow_truncated }))
+    })
+}
+
+/// The format of a picture that is part of a sequence.
+fn picture(path: &Path) -> Result<ImageFormat> {
+    match detect::detect(path)? {
+        Kind::Picture(format) => Ok(format),
+        Kind::Gif => {
+            Err(Error::input(path, "a GIF cannot be one picture of a sequence; name it alone"))
+        }
+        Kind::Y4m => {
+            Err(Error::input(path, "a video cannot be one picture of a sequence; name it alone"))
+        }
+        Kind::Other => {
+            Err(Error::input(path, format!("is not a picture; expected {READABLE} by content")))
+        }
+    }
+}
+
+fn same_size(path: &Path, number: u64, size: Size, first: &Path, expected: Size) -> Result<()> {
+    if size == expected {
+        return Ok(());
+    }
+    let first = first.display();
+    Err(Error::input_frame(
+        path,
+        number,
+        format!(
+            "is {size} pixels, but the sequence began with {first} of {expected}; \
+             all pictures of a sequence need one size"
+        ),
+    ))
+}
+
+/// An error about a file with the frame's number.
+fn at_frame(error: Error, number: u64) -> Error {
+    match error {
+        Error::Input { path, frame: None, what } => {
+            Error::Input { path, frame: Some(number), what }
+        }
+        other => other,
+    }
+}
+
+struct Sequence {
+    paths: Arc<[PathBuf]>,
+    next: usize,
+    size: Size,
+    /// `None` for a still.
+    length: Option<Rational>,
+    allow_truncated: bool,
+}
+
+impl Source for Sequence {
+    fn next(&mut self) -> Result<Option<Decoded>> {
+        let Some(path) = self.paths.get(self.next) else { return Ok(None) };
+        let number = self.next as u64;
+        self.next += 1;
+        let decode = || still::decode(path, picture(path)?, self.allow_truncated);
+        let Some(length) = self.length else {
+            let span = Span { start: Rational::ZERO, length: None };
+            return Ok(Some(Decoded { frame: decode()?, span }));
+        };
+        let frame = decode().map_err(|e| at_frame(e, number))?;
+        // The file may have changed since its header was read.
+        same_size(path, number, frame.size(), &self.paths[0], self.size)?;
+        let start = length * Rational::new(number as i64, 1);
+        Ok(Some(Decoded { frame, span: Span { start, length: Some(length) } }))
+    }
+}

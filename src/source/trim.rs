@@ -1,0 +1,164 @@
+//! A part of a source: from a time, to a time, a number of frames.
+//!
+//! A frame belongs to the part when it *starts* in it. Times then count from the part's start.
+
+use super::{Decoded, Source, SourceOptions};
+use crate::error::{Error, Result};
+use crate::frame::{Rational, Span, StreamInfo};
+
+/// The part of a stream that is wanted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Part {
+    start: Rational,
+    end: Option<Rational>,
+    frames: u64,
+}
+
+impl Part {
+    /// The part that `options` ask for, `None` for the whole.
+    ///
+    /// # Errors
+    /// When it is empty.
+    pub(crate) fn of(options: &SourceOptions) -> Result<Option<Self>> {
+        let SourceOptions { start, end, frames, .. } = options;
+        if start.is_none() && end.is_none() && frames.is_none() {
+            return Ok(None);
+        }
+        let part = Self {
+            start: start.unwrap_or(Rational::ZERO),
+            end: *end,
+            frames: frames.unwrap_or(u64::MAX),
+        };
+        if part.start < Rational::ZERO {
+            return Err(Error::usage("a start before the input's first moment cannot be met"));
+        }
+        if part.end.is_some_and(|end| end <= part.start) {
+            return Err(Error::usage("the end must be later than the start"));
+        }
+        if part.frames == 0 {
+            return Err(Error::usage("0 frames make no output; ask for at least 1"));
+        }
+        Ok(Some(part))
+    }
+
+    /// How many of the frames of a constant `rate` may be needed.
+    pub(crate) fn needed(&self, rate: Rational) -> u64 {
+        let upto = |end: Rational| ceil(end * rate);
+        let by_frames = upto(self.start).saturating_add(self.frames);
+        self.end.map_or(by_frames, |end| upto(end).min(by_frames))
+    }
+
+    /// What is known of the part of a stream. The number of frames is known where the rate is
+    /// constant; else it is a bound, told only where the whole stream is taken from its start.
+    pub(crate) fn info(&self, mut info: StreamInfo) -> StreamInfo {
+        if info.still {
+            return info;
+        }
+        let whole = self.start == Rational::ZERO && self.end.is_none();
+        let total = info.frames;
+        info.frames = match (info.rate, total) {
+            (Some(rate), Some(total)) => {
+                let skipped = ceil(self.start * rate);
+                Some(self.needed(rate).min(total).saturating_sub(skipped).min(self.frames))
+            }
+            (_, Some(total)) if whole => Some(total.min(self.frames)),
+            _ => None,
+        };
+        info.duration = match (info.frames, info.rate) {
+            (Some(frames), _) if whole && Some(frames) == total => info.duration,
+            (Some(frames), Some(rate)) => {
+                rate.recip().map(|length| length * Rational::new(frames as i64, 1))
+            }
+            _ => None,
+        };
+        info
+    }
+}
+
+/// The smallest whole number that is not below `value`, which is not negative.
+fn ceil(value: Rational) -> u64 {
+    u64::try_from(-(-value.num).div_euclid(value.den)).unwrap_or(0)
+}
+
+/// A source that is cut to a part.
+pub(crate) struct Trim {
+    inner: Box<dyn Source>,
+    part: Part,
+    delivered: u64,
+}
+
+impl Trim {
+    /// `part` of `inner`.
+    pub(crate) fn new(inner: Box<dyn Source>, part: Part) -> Self {
+        Self { inner, part, delivered: 0 }
+    }
+
+    /// The end, where there was nothing in between if no frame was delivered.
+    fn end(&self) -> Result<Option<Decoded>> {
+        if self.delivered == 0 {
+            let start = self.part.start.to_f64();
+            return Err(Error::usage(format!(
+                "no frame of the input starts at {start} s or later within the part asked for; \
+                 choose an earlier start"
+            )));
+        }
+        Ok(None)
+    }
+}
+
+impl Source for Trim {
+    fn next(&mut self) -> Result<Option<Decoded>> {
+        if self.delivered == self.part.frames {
+            return Ok(None);
+        }
+        loop {
+            let Some(Decoded { frame, span }) = self.inner.next()? else { return self.end() };
+            if self.part.end.is_some_and(|end| span.start >= end) {
+                return self.end();
+            }
+            if span.start >= self.part.start {
+                self.delivered += 1;
+                let span = Span { start: span.start - self.part.start, ..span };
+                return Ok(Some(Decoded { frame, span }));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn part(start: (i64, i64), end: Option<(i64, i64)>, frames: Option<u64>) -> Part {
+        let time = |(num, den)| Rational::new(num, den);
+        let options = SourceOptions {
+            start: Some(time(start)),
+            end: end.map(time),
+            frames,
+            ..SourceOptions::default()
+        };
+        Part::of(&options).expect("a part").expect("not the whole")
+    }
+
+    #[test]
+    fn frames_that_start_in_the_part_are_counted() {
+        let rate = Rational::new(10, 1);
+        // Frames start at 0, 0.1, 0.2 ...; those at 0.2 to 0.4 lie in the part.
+        assert_eq!(part((15, 100), Some((5, 10)), None).needed(rate), 5);
+        assert_eq!(part((15, 100), Some((5, 10)), Some(2)).needed(rate), 4);
+        assert_eq!(part((0, 1), None, Some(7)).needed(rate), 7);
+        assert_eq!(part((3, 1), None, None).needed(rate), u64::MAX);
+    }
+
+    #[test]
+    fn empty_parts_are_usage_errors() {
+        let second = Some(Rational::new(1, 1));
+        for options in [
+            SourceOptions { start: second, end: second, ..SourceOptions::default() },
+            SourceOptions { frames: Some(0), ..SourceOptions::default() },
+            SourceOptions { start: Some(Rational::new(-1, 1)), ..SourceOptions::default() },
+        ] {
+            assert!(matches!(Part::of(&options), Err(Error::Usage(_))), "{options:?}");
+        }
+    }
+}

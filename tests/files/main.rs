@@ -1,0 +1,10 @@
+//! Files of pictures, in and out, through real encoders and decoders.
+
+mod animations;
+mod broken;
+mod gif_in;
+mod gif_out;
+mod given;
+mod outputs;
+mod sequences;
+mod stills;

@@ -1,0 +1,123 @@
+//! Golden pictures: the exact bytes of small renders.
+//!
+//! `BLESS=1 cargo test --test golden` writes them anew and fails, so that no blessing passes unseen. On
+//! a mismatch expected, difference and actual are left side by side in the target folder.
+
+use std::path::{Path, PathBuf};
+
+use image::{Rgba, RgbaImage};
+use polyreel::chance::{Purpose, rank};
+use polyreel::frame::Frame;
+use polyreel::geom::Size;
+use polyreel::options::{Colour, Options, Points};
+use polyreel::render::Renderer;
+
+/// A picture of whole-number formulas: a disk and a bar on a gradient, with a little grain; `shift`
+/// moves the disk.
+fn scene(size: Size, shift: u32, glass: bool) -> Frame {
+    let pixel = |x: u32, y: u32| {
+        let grain = (rank(11, Purpose::Noise, x, y) % 9) as u32;
+        let (dx, dy) = (x.abs_diff(size.width / 3 + shift), y.abs_diff(size.height / 2));
+        let inside = dx * dx + dy * dy < size.height * size.height / 9;
+        let bar = (x + 2 * y) % size.width > size.width * 3 / 4;
+        let [r, g, b] = match (inside, bar) {
+            (true, _) => [220, 90 + y % 60, 40],
+            (false, true) => [30, 60, 110 + x % 50],
+            (false, false) => [70 + x * 90 / size.width, 120 + y * 80 / size.height, 170],
+        };
+        let alpha = if glass && !inside { (x * 255 / size.width) as u8 } else { 255 };
+        [(r + grain) as u8, (g + grain) as u8, (b + grain) as u8, alpha]
+    };
+    let pixels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| pixel(x, y)));
+    Frame::new(size, pixels.collect()).expect("a small frame")
+}
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden")
+}
+
+fn compare(name: &str, actual: &RgbaImage) {
+    let path = folder().join(format!("{name}.png"));
+    if std::env::var_os("BLESS").is_some() {
+        actual.save(&path).expect("the golden folder can be written");
+        panic!("{name} was blessed: look at it, then run again without BLESS");
+    }
+    let expected = image::open(&path).expect("a golden picture; BLESS=1 makes it").to_rgba8();
+    if expected == *actual {
+        return;
+    }
+    let report = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-differs.png"));
+    side_by_side(&expected, actual).save(&report).expect("the target folder can be written");
+    panic!("{name} differs from its golden picture: see {}", report.display());
+}
+
+/// Expected, difference (white where they differ), actual.
+fn side_by_side(expected: &RgbaImage, actual: &RgbaImage) -> RgbaImage {
+    let (w, h) = (expected.width().max(actual.width()), expected.height().max(actual.height()));
+    let at = |image: &RgbaImage, x: u32, y: u32| image.get_pixel_checked(x, y).copied();
+    RgbaImage::from_fn(3 * w, h, |x, y| {
+        let (e, a) = (at(expected, x % w, y), at(actual, x % w, y));
+        let shown = match x / w {
+            0 => e,
+            1 => Some(if e == a { Rgba([0, 0, 0, 255]) } else { Rgba([255; 4]) }),
+            _ => a,
+        };
+        shown.unwrap_or(Rgba([0; 4]))
+    })
+}
+
+fn check(name: &str, options: &Options, frames: &[Frame]) {
+    let mut renderer = Renderer::new(options).expect("sound options");
+    let mut last = None;
+    for frame in frames {
+        let rendered = renderer.render(frame).expect("a sound frame");
+        assert_eq!(rendered.mesh.check(), Ok(()));
+        last = Some(rendered.painting.frame);
+    }
+    compare(name, &last.expect("at least one frame").into_image());
+}
+
+const SIZE: Size = Size::new(150, 101);
+
+fn points(n: u32) -> Options {
+    Options { points: Points::Count(n), ..Options::default() }
+}
+
+#[test]
+fn hrlp() {
+    check("hrlp", &points(220), &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn hrlp_to_the_letter_of_the_paper() {
+    let paper = Options { points: Points::Count(220), ..Options::paper() };
+    check("paper", &paper, &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn another_seed_is_another_picture() {
+    check("seed", &Options { seed: 1, ..points(220) }, &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn transparency() {
+    check("glass", &points(220), &[scene(SIZE, 0, true)]);
+}
+
+#[test]
+fn outline() {
+    let outline = Some(Colour([20, 20, 30, 255]));
+    check("outline", &Options { outline, ..points(120) }, &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn third_frame_of_a_moving_scene() {
+    let frames = [0, 2, 4].map(|shift| scene(SIZE, shift, false));
+    check("moving", &points(220), &frames);
+}
+
+#[test]
+fn more_points_than_features() {
+    let flat = Frame::filled(SIZE, [90, 120, 200, 255]).expect("flat");
+    check("flat", &Options { outline: Some(Colour([0, 0, 0, 255])), ..points(60) }, &[flat]);
+}

@@ -1,0 +1,462 @@
+//! The threaded pipeline against the serial renderer, and its ways to end.
+
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use polyreel::error::{Error, Result};
+use polyreel::frame::{Frame, Rational, Span};
+use polyreel::geom::Size;
+use polyreel::options::{Options, Points};
+use polyreel::pipeline::{Ending, FrameReport, IN_FLIGHT, Observer, Settings, Stop, Summary, run};
+use polyreel::render::Renderer;
+use polyreel::sink::{Picture, Sink};
+use polyreel::source::{Decoded, Source};
+use polyreel::stage::Stage;
+
+/// Frame `index` of an endless film: a disc that wanders over a gradient.
+fn frame(index: u64) -> Decoded {
+    let size = Size::new(64, 48);
+    let centre = (10.0 + 3.0 * index as f64 % 44.0, 24.0);
+    let pixels = (0..size.pixels() as u32).map(|i| {
+        let (x, y) = (i % size.width, i / size.width);
+        if (f64::from(x) - centre.0).hypot(f64::from(y) - centre.1) < 9.0 {
+            [200, 30, (y * 5) as u8, 255]
+        } else {
+            [(x * 3) as u8, (y * 4) as u8, 90, 255]
+        }
+    });
+    let start = Rational::new(index as i64, 25);
+    Decoded {
+        frame: Frame::new(size, pixels.collect()).expect("a small frame"),
+        span: Span { start, length: Some(Rational::new(1, 25)) },
+    }
+}
+
+/// What happens at a frame instead of what should.
+#[derive(Clone, Copy)]
+enum Mishap {
+    Error,
+    Panic,
+    Closed,
+}
+
+fn happen(mishap: Mishap) -> Error {
+    match mishap {
+        Mishap::Error => Error::output("stub", "an invented error"),
+        Mishap::Panic => panic!("an invented panic"),
+        Mishap::Closed => Error::Closed,
+    }
+}
+
+/// What the stubs tell the test.
+#[derive(Default)]
+struct Log {
+    decoded: AtomicU64,
+    most_in_flight: AtomicU64,
+    pictures: Mutex<Vec<Picture>>,
+    finished: AtomicBool,
+    sink_dropped: AtomicBool,
+}
+
+impl Log {
+    fn written(&self) -> u64 {
+        self.pictures.lock().expect("the lock").len() as u64
+    }
+}
+
+struct StubSource {
+    log: Arc<Log>,
+    frames: u64,
+    mishap: Option<(u64, Mishap)>,
+    pace: Duration,
+}
+
+impl Source for StubSource {
+    fn next(&mut self) -> Result<Option<Decoded>> {
+        std::thread::sleep(self.pace);
+        let index = self.log.decoded.load(SeqCst);
+        match self.mishap {
+            Some((at, mishap)) if at == index => return Err(happen(mishap)),
+            _ if index == self.frames => return Ok(None),
+            _ => {}
+        }
+        let in_flight = self.log.decoded.fetch_add(1, SeqCst) + 1 - self.log.written();
+        self.log.most_in_flight.fetch_max(in_flight, SeqCst);
+        Ok(Some(frame(index)))
+    }
+}
+
+struct StubSink {
+    log: Arc<Log>,
+    mishap: Option<(u64, Mishap)>,
+    pace: Duration,
+}
+
+impl Sink for StubSink {
+    fn write(&mut self, picture: Picture) -> Result<()> {
+        std::thread::sleep(self.pace);
+        match self.mishap {
+            Some((at, mishap)) if at == self.log.written() => Err(happen(mishap)),
+            _ => {
+                self.log.pictures.lock().expect("the lock").push(picture);
+                Ok(())
+            }
+        }
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        self.log.finished.store(true, SeqCst);
+        Ok(())
+    }
+}
+
+impl Drop for StubSink {
+    fn drop(&mut self) {
+        self.log.sink_dropped.store(true, SeqCst);
+    }
+}
+
+/// One run with stubs.
+#[derive(Clone)]
+struct Trial {
+    frames: u64,
+    source: Option<(u64, Mishap)>,
+    sink: Option<(u64, Mishap)>,
+    source_pace: Duration,
+    sink_pace: Duration,
+    settings: Settings,
+    stop: Stop,
+}
+
+impl Default for Trial {
+    fn default() -> Self {
+        let options = Options { points: Points::Count(60), ..Options::default() };
+        Self {
+            frames: 12,
+            source: None,
+            sink: None,
+            source_pace: Duration::ZERO,
+            sink_pace: Duration::ZERO,
+            settings: Settings { options, ..Settings::default() },
+            stop: Stop::default(),
+        }
+    }
+}
+
+impl Trial {
+    fn run(&self, observer: &mut dyn Observer) -> (Result<Summary>, Arc<Log>) {
+        let log = Arc::new(Log::default());
+        (self.run_with(&log, observer), log)
+    }
+
+    fn run_with(&self, log: &Arc<Log>, observer: &mut dyn Observer) -> Result<Summary> {
+        let source = StubSource {
+            log: log.clone(),
+            frames: self.frames,
+            mishap: self.source,
+            pace: self.source_pace,
+        };
+        let sink = StubSink { log: log.clone(), mishap: self.sink, pace: self.sink_pace };
+        let start = || Ok(Box::new(source) as Box<dyn Source>);
+        let ended = run(start, Box::new(sink), &self.settings, observer, &self.stop);
+        assert!(log.sink_dropped.load(SeqCst), "the sink outlived the run");
+        ended
+    }
+
+    /// Runs a trial that panics: the panic's message, and the log.
+    fn panic(&self, observer: &mut dyn Observer) -> (String, Arc<Log>) {
+        let log = Arc::new(Log::default());
+        let caught = catch_unwind(AssertUnwindSafe(|| self.run_with(&log, observer)));
+        let payload = caught.expect_err("the panic is resumed");
+        (payload.downcast_ref::<&str>().expect("a message").to_string(), log)
+    }
+}
+
+/// The pictures that the serial renderer makes of the first `frames` frames.
+fn oracle(options: &Options, frames: u64) -> Vec<Picture> {
+    let mut renderer = Renderer::new(options).expect("sound options");
+    (0..frames)
+        .map(|index| {
+            let Decoded { frame, span } = frame(index);
+            let painting = renderer.render(&frame).expect("renders").painting;
+            Picture { frame: painting.frame, fills: painting.fills, span }
+        })
+        .collect()
+}
+
+/// Asserts that exactly the first `frames` frames were written, as the serial renderer makes them.
+fn assert_written(log: &Log, frames: u64) {
+    let written = log.pictures.lock().expect("the lock");
+    assert_eq!(written.len() as u64, frames);
+    assert!(*written == oracle(&Trial::default().settings.options, frames), "pictures differ");
+}
+
+fn finished(log: &Log) -> bool {
+    log.finished.load(SeqCst)
+}
+
+/// Collects reports, and asks to stop after some.
+#[derive(Default)]
+struct Watcher {
+    reports: Vec<FrameReport>,
+    stop_after: Option<usize>,
+}
+
+impl Observer for Watcher {
+    fn frame_done(&mut self, report: &FrameReport) -> ControlFlow<()> {
+        self.reports.push(report.clone());
+        match self.stop_after {
+            Some(n) if self.reports.len() >= n => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
+        }
+    }
+}
+
+#[test]
+fn threads_make_the_pictures_of_the_serial_renderer() {
+    for threads in [None, NonZeroUsize::new(1), NonZeroUsize::new(2), NonZeroUsize::new(8)] {
+        let mut trial = Trial::default();
+        trial.settings.threads = threads;
+        let mut watcher = Watcher::default();
+        let (ended, log) = trial.run(&mut watcher);
+        let summary = ended.expect("a run without mishaps");
+        assert!(matches!(summary.ending, Ending::Complete));
+        assert!(finished(&log));
+        assert_eq!((summary.frames, summary.dropped), (12, 0));
+        assert_written(&log, 12);
+        let order: Vec<_> = watcher.reports.iter().map(|report| report.index).collect();
+        assert_eq!(order, (0..12).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn reports_tell_what_the_renderer_counts() {
+    let mut watcher = Watcher::default();
+    let (ended, _) = Trial::default().run(&mut watcher);
+    let summary = ended.expect("a run without mishaps");
+    let mut renderer = Renderer::new(&Trial::default().settings.options).expect("sound options");
+    for (report, index) in watcher.reports.iter().zip(0..) {
+        let rendered = renderer.render(&frame(index).frame).expect("renders");
+        assert_eq!(report.candidates, rendered.candidates);
+        assert_eq!(report.seeds, rendered.mesh.seeds().len());
+        assert_eq!(report.triangles, rendered.mesh.triangles.len());
+        assert_eq!(report.seeds_born, rendered.sampled.born);
+        assert_eq!(report.pts_s, index as f64 / 25.0);
+        for stage in [Stage::Features, Stage::Sample, Stage::Triangulate, Stage::Rasterise] {
+            assert!(report.timing.get(stage) > Duration::ZERO, "{stage} took no time");
+        }
+    }
+    assert!(summary.stages.get(Stage::Triangulate).p50_ms > 0.0);
+    assert!(summary.fps() > 0.0);
+}
+
+#[test]
+fn waiting_is_not_work() {
+    let trial = Trial { sink_pace: Duration::from_millis(20), ..Trial::default() };
+    let (ended, _) = trial.run(&mut ());
+    let stages = ended.expect("a slow sink is no mishap").stages;
+    assert!(stages.get(Stage::Encode).p50_ms >= 19.0);
+    // Everybody waits for the sink, and nobody's report says so.
+    assert!(stages.get(Stage::Decode).p50_ms < 15.0);
+}
+
+#[test]
+fn a_source_that_fails_delivers_the_frames_before_and_no_output() {
+    for at in [0, 1, 7] {
+        let trial = Trial { source: Some((at, Mishap::Error)), ..Trial::default() };
+        let (ended, log) = trial.run(&mut ());
+        let error = ended.expect_err("the source failed").to_string();
+        assert_eq!(error, format!("frame {at}, decode: stub: an invented error"));
+        assert_written(&log, at);
+        assert!(!finished(&log));
+    }
+}
+
+#[test]
+fn a_truncated_input_is_kept_where_that_is_allowed() {
+    let mut trial = Trial { source: Some((5, Mishap::Error)), ..Trial::default() };
+    trial.settings.allow_truncated = true;
+    let (ended, log) = trial.run(&mut ());
+    let summary = ended.expect("allowed");
+    assert!(matches!(summary.ending, Ending::Truncated(_)), "{:?}", summary.ending);
+    assert_written(&log, 5);
+    assert!(finished(&log));
+
+    trial.source = Some((0, Mishap::Error));
+    let (ended, log) = trial.run(&mut ());
+    ended.expect_err("nothing can be kept of nothing");
+    assert!(!finished(&log));
+
+    let mut trial = Trial { sink: Some((5, Mishap::Error)), ..Trial::default() };
+    trial.settings.allow_truncated = true;
+    let (ended, log) = trial.run(&mut ());
+    ended.expect_err("a failing output is no truncated input");
+    assert!(!finished(&log));
+}
+
+#[test]
+fn a_sink_that_fails_ends_the_run_unfinished() {
+    for at in [0, 1, 7, 11] {
+        let trial = Trial { sink: Some((at, Mishap::Error)), ..Trial::default() };
+        let (ended, log) = trial.run(&mut ());
+        let error = ended.expect_err("the sink failed").to_string();
+        assert_eq!(error, format!("frame {at}, encode: stub: an invented error"));
+        assert_written(&log, at);
+        assert!(!finished(&log));
+    }
+}
+
+#[test]
+fn the_first_error_in_frame_order_wins() {
+    // The source fails long before the sink gets there; the sink's frame is the earlier one.
+    let trial = Trial {
+        source: Some((5, Mishap::Error)),
+        sink: Some((2, Mishap::Error)),
+        sink_pace: Duration::from_millis(20),
+        ..Trial::default()
+    };
+    let (ended, _) = trial.run(&mut ());
+    assert!(ended.expect_err("both failed").to_string().starts_with("frame 2, encode"));
+}
+
+#[test]
+fn a_reader_who_leaves_is_no_error() {
+    let trial = Trial { frames: u64::MAX, sink: Some((3, Mishap::Closed)), ..Trial::default() };
+    let (ended, log) = trial.run(&mut ());
+    let summary = ended.expect("a closed output is a quiet end");
+    assert!(matches!(summary.ending, Ending::Closed));
+    assert_eq!(summary.frames, 3);
+    assert_written(&log, 3);
+}
+
+#[test]
+fn panics_of_source_sink_and_observer_are_resumed_at_the_caller() {
+    struct Panicker;
+    impl Observer for Panicker {
+        fn frame_done(&mut self, _: &FrameReport) -> ControlFlow<()> {
+            panic!("an invented panic")
+        }
+    }
+    let endless = Trial { frames: u64::MAX, ..Trial::default() };
+    let mut live = endless.clone();
+    live.settings.live = true;
+    let trials = [
+        Trial { source: Some((4, Mishap::Panic)), ..endless.clone() },
+        Trial { sink: Some((4, Mishap::Panic)), ..endless.clone() },
+        Trial { sink: Some((4, Mishap::Panic)), ..live.clone() },
+    ];
+    for trial in trials {
+        let (message, log) = trial.panic(&mut ());
+        assert_eq!(message, "an invented panic");
+        assert_written_unless_live(&trial, &log, 4);
+        assert!(!finished(&log));
+    }
+    for trial in [endless, live] {
+        let (message, log) = trial.panic(&mut Panicker);
+        assert_eq!(message, "an invented panic");
+        assert!(!finished(&log));
+    }
+}
+
+fn assert_written_unless_live(trial: &Trial, log: &Log, frames: u64) {
+    if trial.settings.live {
+        assert_eq!(log.written(), frames);
+    } else {
+        assert_written(log, frames);
+    }
+}
+
+#[test]
+fn a_stop_is_a_shorter_input() {
+    let trial = Trial { frames: u64::MAX, ..Trial::default() };
+    let mut watcher = Watcher { stop_after: Some(5), ..Watcher::default() };
+    let (ended, log) = trial.run(&mut watcher);
+    let summary = ended.expect("a stop is no error");
+    assert!(matches!(summary.ending, Ending::Stopped));
+    assert!(finished(&log));
+    // What was in flight is delivered, and nothing is lost.
+    assert!(summary.frames >= 5 && summary.frames <= 5 + IN_FLIGHT as u64 + 2);
+    assert_eq!(log.decoded.load(SeqCst), summary.frames);
+    assert_written(&log, summary.frames);
+}
+
+#[test]
+fn a_stop_before_the_first_frame_leaves_no_output() {
+    let trial = Trial::default();
+    trial.stop.request();
+    let (ended, log) = trial.run(&mut ());
+    let summary = ended.expect("a stop is no error");
+    assert!(matches!(summary.ending, Ending::Stopped));
+    assert_eq!(summary.frames, 0);
+    assert!(!finished(&log));
+}
+
+#[test]
+fn an_input_without_frames_is_an_error() {
+    let trial = Trial { frames: 0, ..Trial::default() };
+    let (ended, log) = trial.run(&mut ());
+    assert!(matches!(ended, Err(Error::Usage(_))));
+    assert!(!finished(&log));
+}
+
+#[test]
+fn a_source_that_cannot_start_says_why() {
+    let log = Arc::new(Log::default());
+    let sink = StubSink { log: log.clone(), mishap: None, pace: Duration::ZERO };
+    let ended = run(
+        || Err(Error::usage("an invented reason")),
+        Box::new(sink),
+        &Settings::default(),
+        &mut (),
+        &Stop::default(),
+    );
+    assert_eq!(ended.expect_err("it did not start").to_string(), "an invented reason");
+    assert!(!finished(&log));
+}
+
+#[test]
+fn options_out_of_range_are_refused_before_anything_starts() {
+    let mut trial = Trial::default();
+    trial.settings.options.points = Points::Count(0);
+    let (ended, log) = trial.run(&mut ());
+    assert!(matches!(ended, Err(Error::Usage(_))));
+    assert_eq!(log.decoded.load(SeqCst), 0);
+}
+
+#[test]
+fn frames_in_flight_are_bounded_whoever_is_slow() {
+    for (source_pace, sink_pace) in [(0, 0), (0, 5), (5, 0)]
+        .map(|(source, sink)| (Duration::from_millis(source), Duration::from_millis(sink)))
+    {
+        let trial = Trial { frames: 60, source_pace, sink_pace, ..Trial::default() };
+        let (ended, log) = trial.run(&mut ());
+        ended.expect("a slow neighbour is no mishap");
+        let most = log.most_in_flight.load(SeqCst);
+        assert!(most <= IN_FLIGHT as u64, "{most} frames at a time");
+        assert_written(&log, 60);
+    }
+}
+
+#[test]
+fn live_frames_are_dropped_at_the_door_and_counted() {
+    let mut trial = Trial {
+        frames: 200,
+        source_pace: Duration::from_millis(1),
+        sink_pace: Duration::from_millis(15),
+        ..Trial::default()
+    };
+    trial.settings.live = true;
+    let mut watcher = Watcher::default();
+    let (ended, log) = trial.run(&mut watcher);
+    let summary = ended.expect("drops are no error");
+    assert!(summary.dropped > 0);
+    assert_eq!(summary.frames + summary.dropped, 200, "every frame is written or counted");
+    let indices: Vec<_> = watcher.reports.iter().map(|report| report.index).collect();
+    assert!(indices.is_sorted_by(|a, b| a < b), "{indices:?}");
+    assert_eq!(indices.last(), Some(&199), "the newest frame is kept");
+    assert!(finished(&log));
+}
