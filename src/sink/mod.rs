@@ -1,5 +1,7 @@
 //! Where frames go. One format a file; unfinished outputs never stand under their final name.
 
+pub mod nut;
+
 use crate::error::Result;
 use crate::frame::{Fill, Frame, Span};
 

@@ -1,5 +1,10 @@
 //! Where frames come from. One format a file; formats are recognised by content.
 
+pub(crate) mod child;
+pub mod ffmpeg;
+pub mod nut;
+pub mod probe;
+
 use crate::error::Result;
 use crate::frame::{Frame, Span};
 
