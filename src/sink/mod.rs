@@ -1,6 +1,9 @@
 //! Where frames go. One format a file; unfinished outputs never stand under their final name.
 
+pub mod codec;
+pub mod ffmpeg;
 pub mod nut;
+pub mod sound;
 
 use crate::error::Result;
 use crate::frame::{Fill, Frame, Span};

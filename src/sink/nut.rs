@@ -61,6 +61,8 @@ fn main_header(time_base: Rational) -> Vec<u8> {
             number(&mut out, value);
         }
     }
+    // No beginnings of frames that may be left out; ffmpeg wants to be told.
+    number(&mut out, 0);
     out
 }
 
