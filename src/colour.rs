@@ -238,7 +238,11 @@ fn upsample(layout: &Layout, plane: &[u8], row: usize, blend: &mut [u16], out: &
             // A row of luma lies a quarter of the way from its own row of chroma to the next one
             // above (even rows) or below (odd ones).
             let near = row / 2;
-            let far = if row % 2 == 0 { near.saturating_sub(1) } else { (near + 1).min(height - 1) };
+            let far = if row.is_multiple_of(2) {
+                near.saturating_sub(1)
+            } else {
+                (near + 1).min(height - 1)
+            };
             for ((out, &n), &f) in blend.iter_mut().zip(line(near)).zip(line(far)) {
                 *out = 3 * u16::from(n) + u16::from(f);
             }
@@ -287,11 +291,7 @@ impl ToYuv {
         let add = (128 << FRACTION) + half;
         let (u_red, v_blue) = (minor(red, blue), minor(blue, red));
         debug_assert!(green > 0.0, "green carries most of the luma");
-        Self {
-            luma,
-            u: [u_red, -main - u_red, main, add],
-            v: [main, -main - v_blue, v_blue, add],
-        }
+        Self { luma, u: [u_red, -main - u_red, main, add], v: [main, -main - v_blue, v_blue, add] }
     }
 }
 

@@ -153,7 +153,8 @@ impl VideoSink {
         args.push(child::address(&file));
         let fail = |what: String| Error::output(path, what);
         let mut child = Child::spawn(&child::ffmpeg_program(ffmpeg), &args).map_err(fail)?;
-        let stdin = child.stdin().ok_or_else(|| fail("ffmpeg came without standard input".into()))?;
+        let stdin =
+            child.stdin().ok_or_else(|| fail("ffmpeg came without standard input".into()))?;
         // A failure to write is told at the first frame, with what ffmpeg says of it.
         let writer = NutWriter::new(stdin, size, *b"I420", time_base, spec.rate).ok();
         let layout =
@@ -327,8 +328,7 @@ fn tag_arguments(tags: &Colorimetry) -> Vec<OsString> {
 
 /// The part of the command line that reads our frames and leaves them and their times as they are.
 fn input_arguments(tags: &Colorimetry, time_base: Rational) -> Vec<OsString> {
-    let mut args =
-        arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning", &"-y"]);
+    let mut args = arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning", &"-y"]);
     // The headers tell everything: no frames are gathered to guess from.
     args.extend(arguments([&"-probesize", &"32", &"-analyzeduration", &"0"]));
     args.extend(arguments([&"-fpsprobesize", &"0", &"-f", &"nut"]));

@@ -4,6 +4,7 @@ pub mod codec;
 pub mod ffmpeg;
 pub mod nut;
 pub mod sound;
+pub mod y4m;
 
 use crate::error::Result;
 use crate::frame::{Fill, Frame, Span};

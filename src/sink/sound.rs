@@ -29,6 +29,8 @@ pub struct Sound {
 pub(crate) struct Streams {
     source: Sound,
     codecs: Vec<String>,
+    /// What the times of the source are ahead of ffmpeg's.
+    shift: Rational,
 }
 
 impl Streams {
@@ -37,15 +39,26 @@ impl Streams {
     /// # Errors
     /// When it cannot be read.
     pub(crate) fn of(source: &Sound, ffmpeg: Option<&Path>) -> Result<Option<Self>> {
-        let codecs: Vec<String> = probe_sound(&source.path, ffmpeg)?
-            .into_iter()
-            .map(|sound| sound.codec)
-            .collect();
-        Ok((!codecs.is_empty()).then(|| Self { source: source.clone(), codecs }))
+        let (sounds, shift) = probe_sound(&source.path, ffmpeg)?;
+        let codecs: Vec<String> = sounds.into_iter().map(|sound| sound.codec).collect();
+        Ok((!codecs.is_empty()).then(|| Self { source: source.clone(), codecs, shift }))
     }
 
     pub(crate) fn source(&self) -> &Sound {
         &self.source
+    }
+
+    /// Options that make the moment at which the picture begins the time 0.
+    fn begin(&self) -> Vec<OsString> {
+        let seek = self.source.start - self.shift;
+        if self.source.start > Rational::ZERO && seek > Rational::ZERO {
+            arguments([&"-ss", &seconds(seek)])
+        } else {
+            // Never 0: of an offset that is not ours ffmpeg takes the liberty to change it, where
+            // (MPEG-TS) streams that we do not want begin before those that we do.
+            let offset = seconds(-seek);
+            arguments([&"-itsoffset", &if offset == "0us" { "1us" } else { &offset }])
+        }
     }
 }
 
@@ -72,14 +85,11 @@ pub(crate) fn join(
     extra: &[OsString],
     ffmpeg: Option<&Path>,
 ) -> Result<(), String> {
-    let mut args =
-        arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning", &"-y"]);
+    let mut args = arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning", &"-y"]);
     // ffmpeg moves every input to 0; this moves the picture back.
     args.extend(arguments([&"-itsoffset", &seconds(picture.first), &"-i"]));
     args.push(child::address(picture.path));
-    if streams.source.start > Rational::ZERO {
-        args.extend(arguments([&"-ss", &seconds(streams.source.start)]));
-    }
+    args.extend(streams.begin());
     if let Some(end) = end {
         args.extend(arguments([&"-t", &seconds(end)]));
     }
@@ -88,10 +98,20 @@ pub(crate) fn join(
     args.extend(arguments([&"-map_metadata", &"-1", &"-map_chapters", &"-1"]));
     for (i, codec) in streams.codecs.iter().enumerate() {
         if container.takes_sound(codec) {
+            // Not what lies between the seek point and the moment that was sought.
+            let prior = format!("-copypriorss:a:{i}");
             args.extend(arguments([&format!("-c:a:{i}"), &"copy"]));
+            if streams.source.start > Rational::ZERO {
+                args.extend(arguments([&prior, &"0"]));
+            }
         } else {
             args.extend(container.sound_encoder(i));
         }
+    }
+    if !container.is_quicktime() {
+        // An encoder's run-in before 0 must not push the picture to a later time: Matroska keeps it
+        // as the codec's delay.
+        args.extend(arguments([&"-avoid_negative_ts", &"disabled"]));
     }
     args.extend(extra.iter().cloned());
     args.extend(placing(container, picture.time_base, true));
@@ -161,5 +181,6 @@ mod tests {
         assert_eq!(seconds(Rational::new(1001, 30000)), "33367us");
         assert_eq!(seconds(Rational::ZERO), "0us");
         assert_eq!(seconds(Rational::new(1, 3)), "333333us");
+        assert_eq!(seconds(Rational::new(-7, 1000)), "-7000us");
     }
 }

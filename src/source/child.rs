@@ -78,7 +78,11 @@ pub(crate) fn ffmpeg_program(ffmpeg: Option<&Path>) -> PathBuf {
 pub(crate) fn ffprobe_program(ffmpeg: Option<&Path>) -> PathBuf {
     let beside = ffmpeg.and_then(|ffmpeg| {
         let name = ffmpeg.file_name()?.to_str()?;
-        let name = if name.contains("ffmpeg") { name.replace("ffmpeg", "ffprobe") } else { "ffprobe".into() };
+        let name = if name.contains("ffmpeg") {
+            name.replace("ffmpeg", "ffprobe")
+        } else {
+            "ffprobe".into()
+        };
         Some(ffmpeg.with_file_name(name))
     });
     beside.filter(|path| path.is_file()).unwrap_or_else(|| PathBuf::from("ffprobe"))
@@ -138,7 +142,9 @@ impl Child {
         let child = Self { inner, watch, words, status: None };
         if let Some(stderr) = stderr {
             let words = Arc::clone(&child.words);
-            thread::Builder::new().name("ffmpeg-stderr".into()).spawn(move || drain(stderr, &words))?;
+            thread::Builder::new()
+                .name("ffmpeg-stderr".into())
+                .spawn(move || drain(stderr, &words))?;
         }
         let watch = Arc::clone(&child.watch);
         thread::Builder::new().name("ffmpeg-watch".into()).spawn(move || watch.run())?;
@@ -366,6 +372,9 @@ fn drain(mut stderr: ChildStderr, words: &(Mutex<Words>, Condvar)) {
     words.1.notify_all();
 }
 
+/// What makes a line a complaint: ffmpeg's level, or a damage that it only warns of.
+const SERIOUS: [&str; 4] = ["[error]", "[fatal]", "[panic]", "corrupt decoded frame"];
+
 /// Remarks that ffmpeg logs as errors and that many sound files cause.
 const HARMLESS: [&str; 3] =
     ["mmco: unref short failure", "co located POCs unavailable", "deprecated pixel format"];
@@ -376,7 +385,7 @@ fn keep(words: &mut Words, line: &[u8]) {
     if line.is_empty() {
         return;
     }
-    let serious = ["[error]", "[fatal]", "[panic]"].iter().any(|level| line.contains(level));
+    let serious = SERIOUS.iter().any(|mark| line.contains(mark));
     let text = plain(line);
     if serious && !HARMLESS.iter().any(|remark| text.contains(remark)) {
         push(&mut words.errors, text.clone());

@@ -1,7 +1,8 @@
 //! Video of any kind, decoded by the ffmpeg of the machine.
 //!
-//! Frames come as raw pictures in a NUT stream, which carries their times exactly. Times count from
-//! the start of the container, so that picture and sound keep their distance. Rotation and pixel
+//! Frames come as raw pictures in a NUT stream, which carries their times exactly. Times are those of
+//! the container's clock, so that picture and sound keep their distance; a clock that does not start
+//! near 0 (MPEG-TS) is set to 0 at the first stream. Rotation and pixel
 //! aspect are applied by ffmpeg, colour by [`crate::colour`].
 
 use std::ffi::OsString;
@@ -9,7 +10,7 @@ use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::ChildStdout;
 
-use crate::colour::to_rgba;
+use crate::colour::{Coding, Range, to_rgba};
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Rational, Span, StreamInfo};
 use crate::source::child::{self, Child, Pipe};
@@ -64,6 +65,9 @@ impl Video {
             spare: Vec::new(),
             outcome: None,
             delivered: 0,
+            received: 0,
+            last_start: None,
+            longest: Rational::ZERO,
             length: info.rate.and_then(Rational::recip),
         })
     }
@@ -73,7 +77,7 @@ impl Video {
 fn arguments(path: &Path, info: &StreamInfo, track: &Track) -> Vec<OsString> {
     let mut args = child::arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning"]);
     // A packet that was cut short would only give a spoilt frame.
-    args.extend(child::arguments([&"-fflags", &"+discardcorrupt"]));
+    args.extend(child::arguments([&"-fflags", &"+discardcorrupt", &"-copyts"]));
     if let Some(decoder) = track.decoder {
         args.extend(child::arguments([&"-c:v", &decoder]));
     }
@@ -81,9 +85,15 @@ fn arguments(path: &Path, info: &StreamInfo, track: &Track) -> Vec<OsString> {
     args.extend([OsString::from("-i"), child::address(path)]);
     args.extend(child::arguments([&"-map", &format!("0:{}", track.index), &"-an", &"-sn", &"-dn"]));
     let size = info.size;
+    // Without a word on ranges, ffmpeg makes limited range of what has more than 8 bits.
+    let range = match track.pixels {
+        Pixels::Planar(_, Coding { range: Range::Full, .. }) => ":in_range=full:out_range=full",
+        _ => "",
+    };
     // Does nothing to frames that have this size and format already.
     let filter = format!(
-        "scale={}:{}:flags=bicubic+accurate_rnd+full_chroma_int:sws_dither=none,setsar=1,format={}",
+        "scale={}:{}:flags=bicubic+accurate_rnd+full_chroma_int:sws_dither=none{range},\
+         setsar=1,format={}",
         size.width, size.height, track.format
     );
     args.extend(child::arguments([&"-vf", &filter]));
@@ -115,6 +125,10 @@ pub struct VideoSource {
     /// How it ended, once it has: what is wrong, if anything.
     outcome: Option<Result<(), String>>,
     delivered: u64,
+    received: u64,
+    last_start: Option<Rational>,
+    /// The longest time between two frames.
+    longest: Rational,
     /// Length of the frame before, at first of one at the nominal rate.
     length: Option<Rational>,
 }
@@ -127,7 +141,13 @@ impl VideoSource {
         }
         let mut data = std::mem::take(&mut self.spare);
         let broken = match self.read_into(&mut data) {
-            Ok(Some(start)) => return Some(Raw { start, data }),
+            Ok(Some(start)) => {
+                if let Some(before) = self.last_start.replace(start) {
+                    self.longest = self.longest.max(start - before);
+                }
+                self.received += 1;
+                return Some(Raw { start, data });
+            }
             Ok(None) => None,
             Err(error) => Some(error),
         };
@@ -150,7 +170,10 @@ impl VideoSource {
             return Err(io::Error::other(format!("frames of {} arrived", reader.size())));
         }
         let pts = reader.next(data)?;
-        Ok(pts.map(|pts| Rational::new(pts, 1) * reader.time_base()))
+        Ok(pts.map(|pts| {
+            let time = Rational::new(pts, 1) * reader.time_base();
+            time - *self.track.zero.get_or_insert(time)
+        }))
     }
 
     /// Whether the end of the pipe was the end of the video. ffmpeg exits with 0 after most
@@ -162,12 +185,26 @@ impl VideoSource {
         }
         match broken {
             // A stream without so much as a header: there was no frame at all.
-            Some(error) if self.delivered > 0 || self.ahead.is_some() => {
+            Some(error) if self.received > 0 => {
                 Err(format!("ffmpeg's output cannot be read: {error}"))
             }
             Some(_) => Err("not one frame could be decoded".into()),
-            None => Ok(()),
+            None => self.check_promise(),
         }
+    }
+
+    /// Whether the frames reach the end that the container promises. ffmpeg takes some containers
+    /// (AVI) for complete wherever they end. The last frame may be a long one: only what is longer
+    /// than a second and than all gaps before is missed, and only if frames are missing.
+    fn check_promise(&self) -> Result<(), String> {
+        let (Some(end), Some(last)) = (self.track.end, self.last_start) else { return Ok(()) };
+        let all = self.info.frames.is_some_and(|frames| self.received >= frames);
+        let slack = self.longest.max(Rational::new(1, 1)) * Rational::new(2, 1);
+        if all || end - last <= slack {
+            return Ok(());
+        }
+        let (last, end) = (last.to_f64(), end.to_f64());
+        Err(format!("the video is cut short: its last frame is at {last:.3} s of {end:.3} s"))
     }
 
     /// How long the frame that starts at `start` is shown, and the last frame if there is no next.

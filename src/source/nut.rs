@@ -365,11 +365,8 @@ fn read_codes(input: &mut &[u8]) -> io::Result<Vec<Code>> {
         }
         run.size = if fields > 3 { input.number()? } else { 0 };
         run.reserved = if fields > 4 { input.number()? } else { 0 };
-        let count = if fields > 5 {
-            input.number()?
-        } else {
-            run.multiplier.saturating_sub(run.size)
-        };
+        let count =
+            if fields > 5 { input.number()? } else { run.multiplier.saturating_sub(run.size) };
         if fields > 6 {
             input.signed()?;
         }

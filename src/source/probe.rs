@@ -44,7 +44,9 @@ pub(crate) struct Track {
     pub(crate) pixels: Pixels,
     /// The decoder to ask for where ffmpeg's own choice loses alpha.
     pub(crate) decoder: Option<&'static str>,
-    /// The end that the container promises, in seconds from its start.
+    /// The moment of the container's clock that is our 0; of what is live, the first frame's.
+    pub(crate) zero: Option<Rational>,
+    /// The end that the container promises, in seconds.
     pub(crate) end: Option<Rational>,
 }
 
@@ -141,16 +143,19 @@ pub(crate) fn probe(path: &Path, ffmpeg: Option<&Path>) -> Result<Probed> {
         colour: sampling.is_some().then_some(tags),
     };
     let index = stream["index"].as_u64().unwrap_or(0);
-    let track = Track { index, time_base, format, pixels, decoder, end };
+    let zero = (!info.live).then(|| zero(&answer));
+    let track = Track { index, time_base, format, pixels, decoder, zero, end };
     Ok(Probed { info, track })
 }
 
-/// The sound streams of `path`, none if there is nothing to hear in it.
+/// The sound streams of `path`, none if there is nothing to hear in it, and what our times are ahead
+/// of ffmpeg's, which begin at 0 with the first stream.
 ///
 /// # Errors
 /// When ffprobe is missing or cannot read the file.
-pub(crate) fn probe_sound(path: &Path, ffmpeg: Option<&Path>) -> Result<Vec<Sound>> {
-    Ok(sounds(&ask(path, ffmpeg)?))
+pub(crate) fn probe_sound(path: &Path, ffmpeg: Option<&Path>) -> Result<(Vec<Sound>, Rational)> {
+    let answer = ask(path, ffmpeg)?;
+    Ok((sounds(&answer), origin(&answer) - zero(&answer)))
 }
 
 fn streams<'a>(answer: &'a Value, kind: &'a str) -> impl Iterator<Item = &'a Value> {
@@ -198,17 +203,12 @@ fn clock(text: &str) -> Option<Rational> {
     Some(Rational::new(minutes.checked_mul(60)?, 1) + decimal(seconds)?)
 }
 
-/// The nominal rate, if the frames keep to it, else the mean one.
+/// The rate in whose steps all frames are shown (some may be left out), if it is one that a camera
+/// may have, else the mean one.
 fn rate(stream: &Value) -> Option<Rational> {
     let nominal = text(stream, "r_frame_rate").and_then(fraction);
     let mean = text(stream, "avg_frame_rate").and_then(fraction);
-    match (nominal, mean) {
-        (Some(nominal), Some(mean)) => {
-            let near = (nominal.to_f64() / mean.to_f64() - 1.0).abs() < 0.01;
-            Some(if near { nominal } else { mean })
-        }
-        (nominal, mean) => mean.or(nominal),
-    }
+    nominal.filter(|rate| mean.is_none() || *rate <= Rational::new(240, 1)).or(mean)
 }
 
 /// Width and height after the pixel aspect and the rotation are applied, as ffmpeg does it.
@@ -286,16 +286,29 @@ fn pipe_format(pix_fmt: &str, with_alpha: bool) -> (&'static str, Option<Samplin
     (format, Some(sampling), alpha)
 }
 
-/// The end of the video in seconds from the start of the container, where the container tells it for
+/// The moment at which the first stream begins, by the container's clock.
+fn origin(answer: &Value) -> Rational {
+    text(&answer["format"], "start_time").and_then(decimal).unwrap_or(Rational::ZERO)
+}
+
+/// Our 0. We keep the container's own clock if it starts within a second of 0: small offsets are an
+/// encoder's run-in and are meant. One that starts anywhere, as that of MPEG-TS, is set to 0.
+fn zero(answer: &Value) -> Rational {
+    let origin = origin(answer);
+    let one = Rational::new(1, 1);
+    if origin > -one && origin < one { Rational::ZERO } else { origin }
+}
+
+/// The end of the video in seconds of our times, where the container tells it for
 /// this stream alone.
 fn promised_end(answer: &Value, stream: &Value, time_base: Rational) -> Option<Rational> {
-    let origin = text(&answer["format"], "start_time").and_then(decimal).unwrap_or(Rational::ZERO);
+    let zero = zero(answer);
     let scale = |ticks: i64| Rational::new(ticks, 1) * time_base;
     if let Some(duration) = stream["duration_ts"].as_i64().filter(|d| *d > 0) {
         let start = scale(stream["start_pts"].as_i64().unwrap_or(0));
-        return Some(start + scale(duration) - origin);
+        return Some(start + scale(duration) - zero);
     }
-    stream["tags"]["DURATION"].as_str().and_then(clock).map(|end| end - origin)
+    stream["tags"]["DURATION"].as_str().and_then(clock).map(|end| end - zero)
 }
 
 /// Cameras and streams without an end.
@@ -345,7 +358,8 @@ mod tests {
     fn rates_are_nominal_when_kept() {
         let rate = |r, avg| rate(&json!({"r_frame_rate": r, "avg_frame_rate": avg}));
         assert_eq!(rate("30000/1001", "19001/634"), Some(Rational::new(30000, 1001)));
-        assert_eq!(rate("120/1", "20/1"), Some(Rational::new(20, 1)));
+        assert_eq!(rate("50/1", "20/1"), Some(Rational::new(50, 1)));
+        assert_eq!(rate("1000/1", "20/1"), Some(Rational::new(20, 1)));
         assert_eq!(rate("25/1", "0/0"), Some(Rational::new(25, 1)));
         assert_eq!(rate("0/0", "0/0"), None);
     }
