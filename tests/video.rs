@@ -181,6 +181,42 @@ fn times_are_those_of_the_container() {
 }
 
 #[test]
+fn a_long_last_frame_stays_long() {
+    if !require() {
+        return;
+    }
+    let dir = folder();
+    let size = Size::new(64, 48);
+    for extension in ["mp4", "mkv", "webm", "mov"] {
+        let out = dir.path().join(format!("held.{extension}"));
+        let spec = VideoSpec {
+            size,
+            rate: Some(Rational::new(10, 1)),
+            duration: None,
+            colour: None,
+            sound: None,
+        };
+        let mut sink =
+            Box::new(VideoSink::create(&out, spec, VideoOptions::default()).expect("it starts"));
+        for i in 0..8 {
+            let picture = flat(size, i);
+            let length = if i == 7 { Rational::new(5, 2) } else { Rational::new(1, 10) };
+            let span = Span { length: Some(length), ..picture.span };
+            sink.write(Picture { span, ..picture }).expect("encoded");
+        }
+        sink.finish().expect("complete");
+        let length: f64 = ask(&out, "v:0", "format=duration")[0].parse().expect("a time");
+        assert!((length - 3.2).abs() < 0.002, "{extension}: {length}");
+        let (frames, end) = read(&out);
+        end.expect("a sound video");
+        let last = frames.last().expect("frames").span;
+        assert!((last.start.to_f64() - 0.7).abs() < 0.001, "{extension}: {last:?}");
+        let length = last.length.expect("known").to_f64();
+        assert!((length - 2.5).abs() < 0.002, "{extension}: {length}");
+    }
+}
+
+#[test]
 fn sound_is_kept_and_cut_with_the_picture() {
     if !require() {
         return;

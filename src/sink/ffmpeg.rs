@@ -16,6 +16,7 @@ use crate::frame::{Colorimetry, Rational, Rgba, StreamInfo, check_size};
 use crate::geom::Size;
 use crate::sink::codec::{Container, Encoder};
 use crate::sink::nut::NutWriter;
+use crate::sink::remux::{Beside, Finished, Last, placing, remux};
 use crate::sink::sound::{self, Sound, Streams};
 use crate::sink::{Picture, Sink};
 use crate::source::child::{self, Child, Pipe, arguments};
@@ -99,6 +100,7 @@ pub struct VideoSink {
     planes: Vec<u8>,
     first: Option<Rational>,
     last_pts: Option<u64>,
+    count: u64,
     end: Rational,
 }
 
@@ -149,7 +151,7 @@ impl VideoSink {
         args.extend(encoder.options(options.crf, options.encoder_preset.as_deref())?);
         args.extend(tag_arguments(&tags));
         args.extend(picture_args);
-        args.extend(sound::placing(container, time_base, streams.is_none()));
+        args.extend(placing(container, time_base, streams.is_none()));
         args.push(child::address(&file));
         let fail = |what: String| Error::output(path, what);
         let mut child = Child::spawn(&child::ffmpeg_program(ffmpeg), &args).map_err(fail)?;
@@ -176,6 +178,7 @@ impl VideoSink {
             planes: Vec::new(),
             first: None,
             last_pts: None,
+            count: 0,
             end: Rational::ZERO,
         })
     }
@@ -203,25 +206,55 @@ impl VideoSink {
         Error::output(&self.path, format!("the encoder failed: {words}"))
     }
 
-    /// Adds the sound: the joined file.
-    fn join(&self, streams: &Streams) -> Result<TempPath> {
-        let joined = beside(&self.path)?;
+    /// Where the sound ends, if before its own end: with the picture where that was asked to end
+    /// early, or was stopped.
+    fn sound_end(&self, streams: &Streams) -> Option<Rational> {
         let whole = self.spec.duration.is_some_and(|duration| {
             // Containers round lengths; a frame or two is no early end.
-            let slack = Rational::new(1, 10)
-                + self.spec.rate.and_then(Rational::recip).unwrap_or(Rational::ZERO);
-            self.end + slack >= duration
+            let nominal = self.spec.rate.and_then(Rational::recip).unwrap_or(Rational::ZERO);
+            self.end + Rational::new(1, 10) + nominal >= duration
         });
-        let end = (streams.source().cut || !whole).then_some(self.end);
-        let picture = sound::Picture {
+        (streams.source().cut || !whole).then_some(self.end)
+    }
+
+    /// The last frame, if ffmpeg cannot have got its length right.
+    fn last(&self) -> Option<Last> {
+        let start = Rational::new(i64::try_from(self.last_pts?).ok()?, 1) * self.time_base;
+        let length = self.end - start;
+        let off = self.spec.rate.and_then(Rational::recip).is_none_or(|nominal| {
+            let difference = length - nominal;
+            difference.max(-difference) > Rational::new(1, 1000)
+        });
+        let number = self.count.checked_sub(1)?;
+        (off && length > Rational::ZERO).then_some(Last { number, start, length })
+    }
+
+    /// Adds what could not be told before, the sound above all. `None` if there is nothing to add.
+    fn complete(&self) -> Result<Option<TempPath>> {
+        let last = self.last();
+        if self.streams.is_none() && last.is_none() {
+            return Ok(None);
+        }
+        let completed = beside(&self.path)?;
+        let picture = Finished {
             path: &self.file,
-            first: self.first.unwrap_or(Rational::ZERO),
+            container: self.container,
             time_base: self.time_base,
+            first: self.first.unwrap_or(Rational::ZERO),
+            last,
         };
-        let ffmpeg = self.options.ffmpeg.as_deref();
-        sound::join(&picture, streams, end, &joined, self.container, &self.sound_args, ffmpeg)
-            .map_err(|words| sound::failed(&self.path, &words))?;
-        Ok(joined)
+        let sound = self.streams.as_ref().map(|streams| Beside {
+            streams,
+            end: self.sound_end(streams),
+            options: &self.sound_args,
+        });
+        remux(&picture, sound.as_ref(), &completed, self.options.ffmpeg.as_deref()).map_err(
+            |words| {
+                let what = format!("the file could not be completed: {words}");
+                Error::output(&self.path, what)
+            },
+        )?;
+        Ok(Some(completed))
     }
 }
 
@@ -248,6 +281,7 @@ impl Sink for VideoSink {
         }
         self.first.get_or_insert(Rational::new(pts as i64, 1) * self.time_base);
         self.last_pts = Some(pts);
+        self.count += 1;
         let length = span.length.or(self.spec.rate.and_then(Rational::recip));
         self.end = span.start + length.unwrap_or(Rational::ZERO);
         Ok(())
@@ -262,18 +296,10 @@ impl Sink for VideoSink {
         if !status.success() || self.child.complained() {
             return Err(self.fallen());
         }
-        let joined = match self.streams.take() {
-            Some(streams) => Some(self.join(&streams)?),
-            None => None,
-        };
+        let completed = self.complete()?;
         let path = self.path.clone();
-        let file = match joined {
-            Some(joined) => joined,
-            None => {
-                let Self { file, .. } = *self;
-                file
-            }
-        };
+        let Self { file, .. } = *self;
+        let file = completed.unwrap_or(file);
         file.persist(&path).map_err(|error| Error::output(&path, error.to_string()))
     }
 }

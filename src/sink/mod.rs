@@ -3,6 +3,7 @@
 pub mod codec;
 pub mod ffmpeg;
 pub mod nut;
+pub(crate) mod remux;
 pub mod sound;
 pub mod y4m;
 

@@ -1,16 +1,13 @@
-//! Puts the sound of the source beside the finished picture.
-//!
-//! A second, quick run of ffmpeg: the picture is copied, the sound is copied if the container takes
-//! it and else encoded. Doing it afterwards means that the length of the picture is known, however
-//! the run came to its end, and that a slow picture never waits for sound or sound for it.
+//! The sound that goes beside a picture: where it comes from, and the words for it.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::frame::Rational;
 use crate::sink::codec::Container;
-use crate::source::child::{self, Child, arguments};
+use crate::sink::remux::seconds;
+use crate::source::child::{address, arguments};
 use crate::source::probe::probe_sound;
 
 /// Where sound comes from.
@@ -48,6 +45,33 @@ impl Streams {
         &self.source
     }
 
+    /// Options that read it, up to the time `end` of the picture if that is given.
+    pub(crate) fn input(&self, end: Option<Rational>) -> Vec<OsString> {
+        let mut args = self.begin();
+        if let Some(end) = end {
+            args.extend(arguments([&"-t", &seconds(end)]));
+        }
+        args.extend([OsString::from("-i"), address(&self.source.path)]);
+        args
+    }
+
+    /// Options that write it, copied where `container` takes it.
+    pub(crate) fn output(&self, container: Container) -> Vec<OsString> {
+        let mut args = arguments([&"-map", &"1:a"]);
+        for (i, codec) in self.codecs.iter().enumerate() {
+            if !container.takes_sound(codec) {
+                args.extend(container.sound_encoder(i));
+                continue;
+            }
+            args.extend(arguments([&format!("-c:a:{i}"), &"copy"]));
+            if self.source.start > Rational::ZERO {
+                // Not what lies between the seek point and the moment that was sought.
+                args.extend(arguments([&format!("-copypriorss:a:{i}"), &"0"]));
+            }
+        }
+        args
+    }
+
     /// Options that make the moment at which the picture begins the time 0.
     fn begin(&self) -> Vec<OsString> {
         let seek = self.source.start - self.shift;
@@ -57,90 +81,9 @@ impl Streams {
             // Never 0: of an offset that is not ours ffmpeg takes the liberty to change it, where
             // (MPEG-TS) streams that we do not want begin before those that we do.
             let offset = seconds(-seek);
-            arguments([&"-itsoffset", &if offset == "0us" { "1us" } else { &offset }])
+            arguments([&"-itsoffset", &if offset == "0us" { "1us" } else { offset.as_str() }])
         }
     }
-}
-
-/// The finished picture.
-pub(crate) struct Picture<'a> {
-    /// Where it is.
-    pub(crate) path: &'a Path,
-    /// When its first frame is shown, in seconds.
-    pub(crate) first: Rational,
-    /// The units of its times.
-    pub(crate) time_base: Rational,
-}
-
-/// Writes picture and sound to `to`; the sound ends at `end` if that is given.
-///
-/// # Errors
-/// What ffmpeg said when it failed.
-pub(crate) fn join(
-    picture: &Picture<'_>,
-    streams: &Streams,
-    end: Option<Rational>,
-    to: &Path,
-    container: Container,
-    extra: &[OsString],
-    ffmpeg: Option<&Path>,
-) -> Result<(), String> {
-    let mut args = arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning", &"-y"]);
-    // ffmpeg moves every input to 0; this moves the picture back.
-    args.extend(arguments([&"-itsoffset", &seconds(picture.first), &"-i"]));
-    args.push(child::address(picture.path));
-    args.extend(streams.begin());
-    if let Some(end) = end {
-        args.extend(arguments([&"-t", &seconds(end)]));
-    }
-    args.extend([OsString::from("-i"), child::address(&streams.source.path)]);
-    args.extend(arguments([&"-map", &"0:v:0", &"-map", &"1:a", &"-c:v", &"copy"]));
-    args.extend(arguments([&"-map_metadata", &"-1", &"-map_chapters", &"-1"]));
-    for (i, codec) in streams.codecs.iter().enumerate() {
-        if container.takes_sound(codec) {
-            // Not what lies between the seek point and the moment that was sought.
-            let prior = format!("-copypriorss:a:{i}");
-            args.extend(arguments([&format!("-c:a:{i}"), &"copy"]));
-            if streams.source.start > Rational::ZERO {
-                args.extend(arguments([&prior, &"0"]));
-            }
-        } else {
-            args.extend(container.sound_encoder(i));
-        }
-    }
-    if !container.is_quicktime() {
-        // An encoder's run-in before 0 must not push the picture to a later time: Matroska keeps it
-        // as the codec's delay.
-        args.extend(arguments([&"-avoid_negative_ts", &"disabled"]));
-    }
-    args.extend(extra.iter().cloned());
-    args.extend(placing(container, picture.time_base, true));
-    args.push(child::address(to));
-    let mut ffmpeg = Child::spawn(&child::ffmpeg_program(ffmpeg), &args)?;
-    let status = ffmpeg.wait().map_err(|error| error.to_string())?;
-    // Complaints may come from damaged sound, which is no reason to lose the picture; a full disk is.
-    let words = ffmpeg.last_words();
-    if status.success() && !words.contains("No space left") { Ok(()) } else { Err(words) }
-}
-
-/// Options of the container, the last before the file: units of time, tables in front in the `last`
-/// run.
-pub(crate) fn placing(container: Container, time_base: Rational, last: bool) -> Vec<OsString> {
-    let mut args = Vec::new();
-    if container.is_quicktime() {
-        args.extend(arguments([&"-video_track_timescale", &time_base.den.to_string()]));
-        if last {
-            args.extend(arguments([&"-movflags", &"+faststart"]));
-        }
-    }
-    args.extend(arguments([&"-f", &container.muxer()]));
-    args
-}
-
-/// ffmpeg's own way to write a time: whole microseconds.
-fn seconds(time: Rational) -> String {
-    let micros = (i128::from(time.num) * 2_000_000 / i128::from(time.den) + 1).div_euclid(2);
-    format!("{micros}us")
 }
 
 /// Parts the user's own options into those of the picture and those of the sound.
@@ -159,11 +102,6 @@ pub(crate) fn part(args: &[String]) -> (Vec<OsString>, Vec<OsString>) {
     (picture, sound)
 }
 
-/// Error about the output `path`.
-pub(crate) fn failed(path: &Path, words: &str) -> Error {
-    Error::output(path, format!("the sound could not be added: {words}"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -174,13 +112,5 @@ mod tests {
         let (picture, sound) = part(&args.map(String::from));
         assert_eq!(picture, ["-b:v", "5M", "-bf", "-1", "-g", "24"]);
         assert_eq!(sound, ["-b:a", "96k", "-ac", "1"]);
-    }
-
-    #[test]
-    fn seconds_are_whole_microseconds() {
-        assert_eq!(seconds(Rational::new(1001, 30000)), "33367us");
-        assert_eq!(seconds(Rational::ZERO), "0us");
-        assert_eq!(seconds(Rational::new(1, 3)), "333333us");
-        assert_eq!(seconds(Rational::new(-7, 1000)), "-7000us");
     }
 }

@@ -193,13 +193,13 @@ impl VideoSource {
         }
     }
 
-    /// Whether the frames reach the end that the container promises. ffmpeg takes some containers
-    /// (AVI) for complete wherever they end. The last frame may be a long one: only what is longer
-    /// than a second and than all gaps before is missed, and only if frames are missing.
+    /// Whether the frames reach the end that the container promises. ffmpeg takes some containers for
+    /// complete wherever they end. A last frame that is held is no miss: only more than ten seconds,
+    /// and more than twice any gap before, are missed, and only if frames are missing.
     fn check_promise(&self) -> Result<(), String> {
         let (Some(end), Some(last)) = (self.track.end, self.last_start) else { return Ok(()) };
         let all = self.info.frames.is_some_and(|frames| self.received >= frames);
-        let slack = self.longest.max(Rational::new(1, 1)) * Rational::new(2, 1);
+        let slack = self.longest.max(Rational::new(5, 1)) * Rational::new(2, 1);
         if all || end - last <= slack {
             return Ok(());
         }

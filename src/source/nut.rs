@@ -437,8 +437,8 @@ mod tests {
         assert_eq!(read(&[0x83, 0xD4, 0x60]).expect("three bytes"), 60000);
         assert!(read(&[0xFF; 10]).is_err(), "too large");
         assert!(read(&[0x80]).is_err(), "cut short");
-        let signed: Vec<i64> = [0, 1, 2, 3].map(|b| (&mut &[b][..]).signed().expect("s")).to_vec();
-        assert_eq!(signed, [0, -1, 1, -2].map(|v: i64| -v));
+        let signed = [0, 1, 2, 3].map(|byte| (&mut &[byte][..]).signed().expect("one byte"));
+        assert_eq!(signed, [0, 1, -1, 2]);
     }
 
     #[test]
@@ -451,7 +451,8 @@ mod tests {
     #[test]
     fn rubbish_is_an_error_not_a_panic() {
         for length in 0..64 {
-            let bytes: Vec<u8> = ID.iter().copied().chain((0..length).map(|i| i * 37)).collect();
+            let bytes: Vec<u8> =
+                ID.iter().copied().chain((0..length).map(|i: u8| i.wrapping_mul(37))).collect();
             assert!(NutReader::new(&bytes[..], 6).is_err());
         }
     }
