@@ -601,6 +601,20 @@ fn an_encoder_that_floods_its_stderr_is_drained() {
 }
 
 #[test]
+fn an_encoder_is_out_of_reach_of_the_terminals_ctrl_c() {
+    if !Path::new("/proc/self/stat").exists() {
+        return;
+    }
+    let dir = folder();
+    // Its process group is its own number.
+    let script = "cut -d' ' -f1,5 /proc/$$/stat >&2; exit 1";
+    let error = encode_with(&dir, stand_in(&dir, script), &[]).to_string();
+    let mut numbers = error.split_whitespace().filter_map(|word| word.parse::<u32>().ok());
+    let (pid, group) = (numbers.next(), numbers.next());
+    assert!(pid.is_some() && pid == group, "{error}");
+}
+
+#[test]
 fn options_that_ffmpeg_refuses_are_told_in_its_words() {
     if !require() {
         return;

@@ -2,36 +2,25 @@
 //!
 //! `ffmpeg-sidecar` builds the command; process and pipes are ours. Standard error is drained on a
 //! thread of its own from the start, else a talkative child fills that pipe and stops for ever. A
-//! second thread watches the moments in which we wait for the child: one that moves no bytes and
-//! spends no processor time for [`PATIENCE`] is hung and is killed, which wakes whoever waits. A slow
-//! encoder spends time and is left in peace.
+//! second thread watches the moments in which we wait for the child, and ends one that hangs.
 
 use std::collections::VecDeque;
 use std::ffi::{OsStr, OsString};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
 use ffmpeg_sidecar::command::FfmpegCommand;
 
-/// How often a child is looked at.
-const TICK: Duration = Duration::from_millis(250);
-/// Ticks without any sign of life before a child counts as hung: 4 s. Ticks, not a clock: while we
-/// are suspended ourselves nothing is counted.
-const PATIENCE: u32 = 16;
-/// The same where processor times cannot be read: a minute.
-const BLIND_PATIENCE: u32 = 240;
+use crate::source::watch::{PATIENCE, TICK, Watch, kill, lock};
+
 /// Lines of standard error that are kept, and their length in bytes.
 const TAIL: usize = 20;
 const LINE: usize = 400;
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// What a child has said on standard error.
 #[derive(Default)]
@@ -40,19 +29,6 @@ struct Words {
     /// Of these, lines that ffmpeg itself calls errors.
     errors: VecDeque<String>,
     over: bool,
-}
-
-/// Shared with the watching thread.
-struct Watch {
-    pid: u32,
-    /// Somebody waits for the child.
-    waiting: AtomicBool,
-    /// Bytes that went through its pipes.
-    moved: AtomicU64,
-    hung: AtomicBool,
-    /// Whether the child has been reaped: its number may then belong to another.
-    reaped: Mutex<bool>,
-    ended: Condvar,
 }
 
 /// A running child.
@@ -128,14 +104,7 @@ impl Child {
     }
 
     fn watched(mut inner: std::process::Child) -> io::Result<Self> {
-        let watch = Arc::new(Watch {
-            pid: inner.id(),
-            waiting: AtomicBool::new(false),
-            moved: AtomicU64::new(0),
-            hung: AtomicBool::new(false),
-            reaped: Mutex::new(false),
-            ended: Condvar::new(),
-        });
+        let watch = Arc::new(Watch::over(inner.id()));
         let words = Arc::new((Mutex::new(Words::default()), Condvar::new()));
         let stderr = inner.stderr.take();
         // From here on the child is killed and reaped if anything fails.
@@ -275,77 +244,6 @@ fn no_start(program: &Path, error: &io::Error) -> String {
     format!("'{name}' cannot be run: {error}; name another with --ffmpeg PATH")
 }
 
-impl Watch {
-    /// Looks at the child every [`TICK`] until it is reaped.
-    fn run(&self) {
-        let (mut idle, mut before) = (0, (0, None));
-        let mut reaped = lock(&self.reaped);
-        while !*reaped {
-            reaped = match self.ended.wait_timeout(reaped, TICK) {
-                Ok((guard, _)) => guard,
-                Err(poisoned) => poisoned.into_inner().0,
-            };
-            if *reaped {
-                return;
-            }
-            if !self.waiting.load(Ordering::Relaxed) {
-                idle = 0;
-                continue;
-            }
-            let now = (self.moved.load(Ordering::Relaxed), activity(self.pid));
-            idle = if now == before { idle + 1 } else { 0 };
-            before = now;
-            let patience = if now.1.is_some() { PATIENCE } else { BLIND_PATIENCE };
-            if idle >= patience {
-                self.hung.store(true, Ordering::Relaxed);
-                kill(self.pid);
-                idle = 0;
-            }
-        }
-    }
-}
-
-/// Processor time that the process group `group` has used, in the system's units, and whether one
-/// of them waits for a disk (which is no hang; then the value never repeats). `None` where the
-/// system does not tell.
-fn activity(group: u32) -> Option<u64> {
-    use std::sync::atomic::AtomicU64;
-    static NEVER: AtomicU64 = AtomicU64::new(1 << 63);
-    let mut used = None;
-    for entry in std::fs::read_dir("/proc").ok()?.flatten() {
-        if !entry.file_name().as_encoded_bytes().iter().all(u8::is_ascii_digit) {
-            continue;
-        }
-        let Ok(stat) = std::fs::read_to_string(entry.path().join("stat")) else { continue };
-        // Fields of proc(5) after the name, which may hold anything: state, parent, group, ...,
-        // user and system time.
-        let fields: Vec<&str> =
-            stat.rsplit_once(')').map_or("", |(_, rest)| rest).split_whitespace().collect();
-        let field = |i: usize| fields.get(i).and_then(|text| text.parse::<u64>().ok());
-        if field(2) != Some(u64::from(group)) {
-            continue;
-        }
-        if fields.first() == Some(&"D") {
-            return Some(NEVER.fetch_add(1, Ordering::Relaxed));
-        }
-        used = Some(used.unwrap_or(0) + field(11).unwrap_or(0) + field(12).unwrap_or(0));
-    }
-    used
-}
-
-/// Ends the process group `group`, which must not have been reaped.
-#[cfg(unix)]
-fn kill(group: u32) {
-    use rustix::process::{Pid, Signal, kill_process_group};
-    if let Some(pid) = i32::try_from(group).ok().and_then(Pid::from_raw) {
-        // It may have ended by itself.
-        let _ = kill_process_group(pid, Signal::KILL);
-    }
-}
-
-#[cfg(not(unix))]
-fn kill(_group: u32) {}
-
 /// Reads `stderr` to its end and keeps the last lines.
 fn drain(mut stderr: ChildStderr, words: &(Mutex<Words>, Condvar)) {
     let mut buffer = [0; 8192];
@@ -375,9 +273,14 @@ fn drain(mut stderr: ChildStderr, words: &(Mutex<Words>, Condvar)) {
 /// What makes a line a complaint: ffmpeg's level, or a damage that it only warns of.
 const SERIOUS: [&str; 4] = ["[error]", "[fatal]", "[panic]", "corrupt decoded frame"];
 
-/// Remarks that ffmpeg logs as errors and that many sound files cause.
-const HARMLESS: [&str; 3] =
-    ["mmco: unref short failure", "co located POCs unavailable", "deprecated pixel format"];
+/// Remarks that sound files and our own options cause.
+const HARMLESS: [&str; 4] = [
+    "mmco: unref short failure",
+    "co located POCs unavailable",
+    "deprecated pixel format",
+    // Its successor is unknown to ffmpeg before 5.1.
+    "-vsync is deprecated",
+];
 
 fn keep(words: &mut Words, line: &[u8]) {
     let line = String::from_utf8_lossy(line);
@@ -387,7 +290,10 @@ fn keep(words: &mut Words, line: &[u8]) {
     }
     let serious = SERIOUS.iter().any(|mark| line.contains(mark));
     let text = plain(line);
-    if serious && !HARMLESS.iter().any(|remark| text.contains(remark)) {
+    if HARMLESS.iter().any(|remark| text.contains(remark)) {
+        return;
+    }
+    if serious {
         push(&mut words.errors, text.clone());
     }
     push(&mut words.tail, text);

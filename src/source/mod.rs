@@ -4,6 +4,7 @@ pub(crate) mod child;
 pub mod ffmpeg;
 pub mod nut;
 pub mod probe;
+pub(crate) mod watch;
 pub mod y4m;
 
 use crate::error::Result;

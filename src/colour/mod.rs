@@ -5,9 +5,13 @@
 //! chroma is interpolated linearly on the way in and averaged over its area on the way out, both
 //! before that one rounding, so that a flat colour comes back within 2 of itself.
 
-use rayon::prelude::*;
+mod from_rgba;
+mod to_rgba;
 
-use crate::frame::{Colorimetry, Rgba};
+pub use from_rgba::from_rgba;
+pub use to_rgba::to_rgba;
+
+use crate::frame::Colorimetry;
 use crate::geom::Size;
 
 /// Bits of fraction in a conversion; the largest sum stays below 2^30.
@@ -116,16 +120,6 @@ impl Layout {
     }
 }
 
-/// Fixed-point factors from codes to RGB.
-struct FromYuv {
-    black: i32,
-    luma: i32,
-    red_v: i32,
-    green_u: i32,
-    green_v: i32,
-    blue_u: i32,
-}
-
 /// Luma weights of red and blue.
 fn weights(matrix: Matrix) -> (f64, f64) {
     match matrix {
@@ -147,236 +141,10 @@ fn fixed(value: f64, bits: u32) -> i32 {
     (value * f64::from(1u32 << bits)).round() as i32
 }
 
-impl FromYuv {
-    fn new(coding: Coding) -> Self {
-        let (red, blue) = weights(coding.matrix);
-        let green = 1.0 - red - blue;
-        let (black, luma, chroma) = codes(coding.range);
-        let chroma = |factor: f64| fixed(factor * 255.0 / chroma, FRACTION - CHROMA_BITS);
-        Self {
-            black,
-            luma: fixed(255.0 / luma, FRACTION),
-            red_v: chroma(2.0 * (1.0 - red)),
-            green_u: chroma(-2.0 * (1.0 - blue) * blue / green),
-            green_v: chroma(-2.0 * (1.0 - red) * red / green),
-            blue_u: chroma(2.0 * (1.0 - blue)),
-        }
-    }
-
-    /// The colour of luma `y` and chroma `u`, `v` in sixteenths.
-    fn pixel(&self, y: u8, u: u16, v: u16, alpha: u8) -> Rgba {
-        const NEUTRAL: i32 = 128 << CHROMA_BITS;
-        let luma = (i32::from(y) - self.black) * self.luma + (1 << (FRACTION - 1));
-        let (u, v) = (i32::from(u) - NEUTRAL, i32::from(v) - NEUTRAL);
-        let byte = |sum: i32| (sum >> FRACTION).clamp(0, 255) as u8;
-        [
-            byte(luma + self.red_v * v),
-            byte(luma + self.green_u * u + self.green_v * v),
-            byte(luma + self.blue_u * u),
-            alpha,
-        ]
-    }
-}
-
-/// Turns the planes in `data` into pixels, which replace the contents of `out`.
-///
-/// # Panics
-/// When `data` is not [`Layout::bytes`] long.
-pub fn to_rgba(layout: &Layout, coding: Coding, data: &[u8], out: &mut Vec<Rgba>) {
-    assert_eq!(data.len(), layout.bytes(), "the planes fit the layout");
-    let (width, pixels) = (layout.size.width as usize, layout.size.pixels());
-    let (luma, rest) = data.split_at(pixels);
-    let (chroma_width, chroma_height) = layout.chroma();
-    let (u, rest) = rest.split_at(chroma_width * chroma_height);
-    let (v, alpha) = rest.split_at(chroma_width * chroma_height);
-    let factors = FromYuv::new(coding);
-    out.resize(pixels, [0; 4]);
-    out.par_chunks_mut(width).enumerate().for_each_init(
-        || [vec![0u16; width], vec![0u16; width], vec![0u16; chroma_width]],
-        |[us, vs, blend], (row, out)| {
-            if layout.sampling == Sampling::Gray {
-                us.fill(128 << CHROMA_BITS);
-                vs.fill(128 << CHROMA_BITS);
-            } else {
-                upsample(layout, u, row, blend, us);
-                upsample(layout, v, row, blend, vs);
-            }
-            let luma = &luma[row * width..][..width];
-            let chroma = us.iter().zip(vs.iter());
-            if layout.alpha {
-                let alpha = &alpha[row * width..][..width];
-                for (((out, &y), (&u, &v)), &a) in out.iter_mut().zip(luma).zip(chroma).zip(alpha) {
-                    *out = factors.pixel(y, u, v, a);
-                }
-            } else {
-                for ((out, &y), (&u, &v)) in out.iter_mut().zip(luma).zip(chroma) {
-                    *out = factors.pixel(y, u, v, 255);
-                }
-            }
-        },
-    );
-}
-
-/// The chroma of luma row `row`, a sample for each column, in sixteenths.
-fn upsample(layout: &Layout, plane: &[u8], row: usize, blend: &mut [u16], out: &mut [u16]) {
-    let (width, height) = layout.chroma();
-    let line = |y: usize| &plane[y * width..][..width];
-    match layout.sampling {
-        Sampling::Gray => {}
-        Sampling::Yuv444 => {
-            for (out, &c) in out.iter_mut().zip(line(row)) {
-                *out = u16::from(c) << 4;
-            }
-        }
-        Sampling::Yuv422 => {
-            for (out, &c) in blend.iter_mut().zip(line(row)) {
-                *out = u16::from(c) << 2;
-            }
-            widen(layout.siting, blend, out);
-        }
-        Sampling::Yuv420 => {
-            // A row of luma lies a quarter of the way from its own row of chroma to the next one
-            // above (even rows) or below (odd ones).
-            let near = row / 2;
-            let far = if row.is_multiple_of(2) {
-                near.saturating_sub(1)
-            } else {
-                (near + 1).min(height - 1)
-            };
-            for ((out, &n), &f) in blend.iter_mut().zip(line(near)).zip(line(far)) {
-                *out = 3 * u16::from(n) + u16::from(f);
-            }
-            widen(layout.siting, blend, out);
-        }
-    }
-}
-
-/// Two columns for each sample of `row` (in quarters); `out` is in sixteenths.
-fn widen(siting: Siting, row: &[u16], out: &mut [u16]) {
-    let last = row.len() - 1;
-    for (x, pair) in out.chunks_mut(2).enumerate() {
-        let (here, next) = (row[x], row[(x + 1).min(last)]);
-        let (even, odd) = match siting {
-            Siting::Left => (4 * here, 2 * (here + next)),
-            Siting::Centre => (3 * here + row[x.saturating_sub(1)], 3 * here + next),
-        };
-        pair[0] = even;
-        if let Some(second) = pair.get_mut(1) {
-            *second = odd;
-        }
-    }
-}
-
-/// Fixed-point factors from RGB to codes: of red, green and blue, and what is added.
-struct ToYuv {
-    luma: [i32; 4],
-    u: [i32; 4],
-    v: [i32; 4],
-}
-
-impl ToYuv {
-    fn new(coding: Coding) -> Self {
-        let (red, blue) = weights(coding.matrix);
-        let green = 1.0 - red - blue;
-        let (black, luma, chroma) = codes(coding.range);
-        // The last factor balances the others to the exact sum, so that white is white and greys
-        // are neutral.
-        let half = 1 << (FRACTION - 1);
-        let scale = luma / 255.0;
-        let (r, b) = (fixed(red * scale, FRACTION), fixed(blue * scale, FRACTION));
-        let luma = [r, fixed(scale, FRACTION) - r - b, b, (black << FRACTION) + half];
-        let bits = FRACTION - MEAN_BITS;
-        let main = fixed(0.5 * chroma / 255.0, bits);
-        let minor = |weight: f64, of: f64| fixed(-0.5 * weight / (1.0 - of) * chroma / 255.0, bits);
-        let add = (128 << FRACTION) + half;
-        let (u_red, v_blue) = (minor(red, blue), minor(blue, red));
-        debug_assert!(green > 0.0, "green carries most of the luma");
-        Self { luma, u: [u_red, -main - u_red, main, add], v: [main, -main - v_blue, v_blue, add] }
-    }
-}
-
-fn mix(factors: &[i32; 4], [r, g, b]: [i32; 3]) -> u8 {
-    let sum = factors[0] * r + factors[1] * g + factors[2] * b + factors[3];
-    (sum >> FRACTION).clamp(0, 255) as u8
-}
-
-/// Turns pixels of `size` into planes of `layout`, which replace the contents of `out`. A layout
-/// that is larger than `size` is filled up by repeating the last column and row. Alpha goes to its
-/// plane, or is lost if there is none.
-///
-/// # Panics
-/// When `pixels` are not width x height, or the layout is smaller than they are.
-pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, out: &mut Vec<u8>) {
-    assert_eq!(pixels.len(), size.pixels(), "a frame holds width x height pixels");
-    let full = layout.size;
-    assert!(full.width >= size.width && full.height >= size.height, "the layout holds the frame");
-    out.resize(layout.bytes(), 0);
-    let factors = ToYuv::new(coding);
-    let width = full.width as usize;
-    let row = |y: usize| {
-        let y = y.min(size.height as usize - 1);
-        &pixels[y * size.width as usize..][..size.width as usize]
-    };
-    let (luma, rest) = out.split_at_mut(full.pixels());
-    luma.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
-        let source = row(y);
-        for (out, &[r, g, b, _]) in out.iter_mut().zip(source) {
-            *out = mix(&factors.luma, [r.into(), g.into(), b.into()]);
-        }
-        let edge = out[source.len() - 1];
-        out[source.len()..].fill(edge);
-    });
-    let (chroma_width, chroma_height) = layout.chroma();
-    let (u, rest) = rest.split_at_mut(chroma_width * chroma_height);
-    let (v, alpha) = rest.split_at_mut(chroma_width * chroma_height);
-    if chroma_width > 0 {
-        let rows = u.par_chunks_mut(chroma_width).zip(v.par_chunks_mut(chroma_width));
-        rows.enumerate().for_each(|(y, (u, v))| {
-            let (upper, lower) = match layout.sampling {
-                Sampling::Yuv420 => (row(2 * y), row((2 * y + 1).min(full.height as usize - 1))),
-                _ => (row(y), row(y)),
-            };
-            for (x, (u, v)) in u.iter_mut().zip(v).enumerate() {
-                let mean = mean(layout, upper, lower, x);
-                *u = mix(&factors.u, mean);
-                *v = mix(&factors.v, mean);
-            }
-        });
-    }
-    if layout.alpha {
-        alpha.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
-            let source = row(y);
-            for (x, out) in out.iter_mut().enumerate() {
-                *out = source[x.min(source.len() - 1)][3];
-            }
-        });
-    }
-}
-
-/// The RGB that chroma sample `x` stands for, in eighths: the mean over the columns that are
-/// nearest to its place, weighted by how much of them it covers.
-fn mean(layout: &Layout, upper: &[Rgba], lower: &[Rgba], x: usize) -> [i32; 3] {
-    let last = upper.len() - 1;
-    let column = |x: usize| {
-        let (a, b) = (upper[x.min(last)], lower[x.min(last)]);
-        [0, 1, 2].map(|i| i32::from(a[i]) + i32::from(b[i]))
-    };
-    if layout.sampling == Sampling::Yuv444 {
-        return column(x).map(|c| 4 * c);
-    }
-    let (left, right) = (column(2 * x), column(2 * x + 1));
-    match layout.siting {
-        Siting::Centre => [0, 1, 2].map(|i| 2 * (left[i] + right[i])),
-        Siting::Left => {
-            let before = column((2 * x).saturating_sub(1));
-            [0, 1, 2].map(|i| before[i] + 2 * left[i] + right[i])
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::Rgba;
 
     const MATRICES: [Matrix; 3] = [Matrix::Bt601, Matrix::Bt709, Matrix::Bt2020];
     const RANGES: [Range; 2] = [Range::Limited, Range::Full];
@@ -469,19 +237,6 @@ mod tests {
             for (pixel, wanted) in back.iter().zip(&pixels) {
                 assert!(pixel[0] == pixel[1] && pixel[1] == pixel[2]);
                 assert!(pixel[0].abs_diff(wanted[0]) <= 1);
-            }
-        }
-    }
-
-    #[test]
-    fn chroma_ramps_are_interpolated_where_they_sit() {
-        // Chroma that rises with x, sampled at its siting, must come back at every column.
-        for (siting, offset) in [(Siting::Left, 0), (Siting::Centre, 8)] {
-            let row: Vec<u16> = (0..8).map(|x| (16 * (2 * x + 4) + offset) as u16 / 4).collect();
-            let mut out = [0; 16];
-            widen(siting, &row, &mut out);
-            for (x, &c) in out.iter().enumerate().take(15).skip(1) {
-                assert_eq!(c, 16 * (x as u16 + 4), "{siting:?}, column {x}");
             }
         }
     }
