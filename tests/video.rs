@@ -181,6 +181,31 @@ fn times_are_those_of_the_container() {
 }
 
 #[test]
+fn codecs_by_name() {
+    if !require() {
+        return;
+    }
+    let dir = folder();
+    let size = Size::new(64, 48);
+    for (codec, name, extension) in [
+        ("h265", "hevc", "mp4"),
+        ("vp8", "vp8", "webm"),
+        ("mpeg4", "mpeg4", "mp4"),
+        ("ffv1", "ffv1", "mkv"),
+    ] {
+        let out = dir.path().join(format!("out.{extension}"));
+        let rate = Some(Rational::new(10, 1));
+        let spec = VideoSpec { size, rate, duration: None, colour: None, sound: None };
+        let options = VideoOptions { codec: Some(codec.into()), ..VideoOptions::default() };
+        let mut sink = Box::new(VideoSink::create(&out, spec, options).expect(codec));
+        (0..5).for_each(|i| sink.write(flat(size, i)).expect(codec));
+        sink.finish().expect(codec);
+        assert_eq!(ask(&out, "v:0", "stream=codec_name"), [name]);
+        assert!(apart(&times(&out), &[0.0, 0.1, 0.2, 0.3, 0.4]) < 0.001, "{codec}");
+    }
+}
+
+#[test]
 fn a_long_last_frame_stays_long() {
     if !require() {
         return;

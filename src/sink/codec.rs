@@ -124,6 +124,17 @@ impl Encoder {
         ["libvpx", "libvpx-vp9", "libaom-av1", "ffv1"].contains(&self.name.as_str())
     }
 
+    /// The most units of time in a second that it counts in, if there is a limit (MPEG-4 part 2).
+    pub(crate) fn most_units(&self) -> Option<i64> {
+        ["mpeg4", "libxvid"].contains(&self.name.as_str()).then_some(65535)
+    }
+
+    /// The name that Apple's players know H.265 by.
+    pub(crate) fn tag(&self, container: Container) -> Vec<OsString> {
+        let wanted = self.name == "libx265" && container.is_quicktime();
+        if wanted { arguments([&"-tag:v", &"hvc1"]) } else { Vec::new() }
+    }
+
     /// Its options for quality `crf` and speed `preset` (x264's names).
     ///
     /// # Errors

@@ -116,6 +116,14 @@ fn time_base(rate: Option<Rational>) -> Rational {
     Rational::new(1, fine.unwrap_or(USUAL))
 }
 
+/// The same for encoders that count in at most `limit` units a second: a frame of the nominal rate,
+/// or else a millisecond.
+fn coarse_time_base(rate: Option<Rational>, limit: i64) -> Rational {
+    rate.filter(|rate| rate.num > 0 && rate.num <= limit)
+        .and_then(Rational::recip)
+        .unwrap_or(Rational::new(1, 1000))
+}
+
 impl VideoSink {
     /// Starts an encoder for the file `path`, whose extension tells the container. A file that stands
     /// there is replaced at the end.
@@ -139,7 +147,10 @@ impl VideoSink {
         }
         let tags = tags(spec.colour.as_ref());
         let coding = Coding::of(&tags, spec.size);
-        let time_base = time_base(spec.rate);
+        let time_base = match encoder.most_units() {
+            Some(limit) => coarse_time_base(spec.rate, limit),
+            None => time_base(spec.rate),
+        };
         let ffmpeg = options.ffmpeg.as_deref();
         let streams = match spec.sound.as_ref().filter(|_| options.audio) {
             Some(sound) => Streams::of(sound, ffmpeg)?,
@@ -148,6 +159,7 @@ impl VideoSink {
         let file = beside(path)?;
         let (picture_args, sound_args) = sound::part(&options.ffmpeg_args);
         let mut args = input_arguments(&tags, time_base);
+        args.extend(encoder.tag(container));
         args.extend(encoder.options(options.crf, options.encoder_preset.as_deref())?);
         args.extend(tag_arguments(&tags));
         args.extend(picture_args);
@@ -394,6 +406,9 @@ mod tests {
             assert_eq!(base.num, 1);
         }
         assert_eq!(time_base(Some(Rational::new(1_000_000_007, 3))).den, 90_000);
+        let ntsc = Rational::new(30000, 1001);
+        assert_eq!(coarse_time_base(Some(ntsc), 65535), Rational::new(1001, 30000));
+        assert_eq!(coarse_time_base(None, 65535), Rational::new(1, 1000));
     }
 
     #[test]
