@@ -7,13 +7,16 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use polyreel::colour::Sampling;
 use polyreel::error::{Error, Result};
 use polyreel::frame::{Colorimetry, Frame, Rational, Rgba, Span};
 use polyreel::geom::Size;
 use polyreel::sink::ffmpeg::{VideoOptions, VideoSink, VideoSpec};
 use polyreel::sink::sound::Sound;
+use polyreel::sink::y4m::Y4mSink;
 use polyreel::sink::{Picture, Sink};
 use polyreel::source::ffmpeg::Video;
+use polyreel::source::y4m::Y4mSource;
 use polyreel::source::{Decoded, Source};
 use tempfile::TempDir;
 
@@ -476,6 +479,51 @@ fn pixels_are_those_that_ffmpeg_shows() {
         // ffmpeg interpolates chroma from other places, so that edges may differ; areas may not.
         let same = got.iter().zip(&wanted).filter(|(a, b)| a.abs_diff(**b) <= 2).count();
         assert!(same * 100 > got.len() * 94, "{format}: {same} of {}", got.len());
+    }
+}
+
+#[test]
+fn y4m_goes_to_and_from_ffmpeg() {
+    if !require() {
+        return;
+    }
+    let dir = folder();
+    for (format, sampling) in [
+        ("yuv420p", Sampling::Yuv420),
+        ("yuv422p", Sampling::Yuv422),
+        ("yuv444p", Sampling::Yuv444),
+        ("gray", Sampling::Gray),
+    ] {
+        let colour = if format == "gray" { [128, 128, 128, 255] } else { [200, 60, 30, 255] };
+        let [r, g, b, _] = colour;
+        let args = format!(
+            "-f lavfi -i color=c=0x{r:02X}{g:02X}{b:02X}:s=66x48:r=30000/1001:d=0.2,format=gbrp \
+             -vf scale=out_range=tv:flags=accurate_rnd,format={format} -f yuv4mpegpipe"
+        );
+        let clip = make(&dir, "in.y4m", &args);
+        let file = std::fs::File::open(&clip).expect("a clip");
+        let source = Y4mSource::new(file, &clip).expect("a header");
+        let info = source.info().clone();
+        assert_eq!((info.size, info.rate), (Size::new(66, 48), Some(Rational::new(30000, 1001))));
+        let (frames, end) = drain(source);
+        end.expect(format);
+        assert_eq!(frames.len(), 6);
+        assert_flat(&frames[5].frame, colour, 2, format);
+        let out = dir.path().join("out.y4m");
+        let file = std::fs::File::create(&out).expect("a file");
+        let mut sink =
+            Box::new(Y4mSink::new(file, &out, &info, info.size, sampling).expect("a sink"));
+        for Decoded { frame, span } in frames {
+            sink.write(Picture { frame, fills: vec![], span }).expect("written");
+        }
+        sink.finish().expect("complete");
+        assert_eq!(
+            ask(&out, "v:0", "stream=pix_fmt,r_frame_rate"),
+            [format!("{format},30000/1001")]
+        );
+        let (frames, end) = read(&out);
+        end.expect(format);
+        assert_flat(&frames[5].frame, colour, 2, &format!("{format} through ffmpeg"));
     }
 }
 
