@@ -15,36 +15,49 @@ pub mod smooth;
 
 use crate::frame::Frame;
 use crate::options::{Method, Options};
+use change::{Change, Watcher};
 use mask::Mask;
 use region::{Picks, Regions};
 use smooth::smooth;
 
 /// What level one found in a frame.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Features {
-    /// The feature points: pixels that level two may choose from.
+    /// The feature points: pixels that level two may choose from. None are looked for where the mesh
+    /// of the frame before lives on.
     pub candidates: Mask,
+    /// How the frame continues its stream.
+    pub change: Change,
 }
 
 /// Level one for a stream of frames.
 #[derive(Debug)]
 pub struct Extractor {
     options: Options,
+    watcher: Watcher,
 }
 
 impl Extractor {
     /// Level one as `options` ask for it.
     pub fn new(options: &Options) -> Self {
-        Self { options: options.clone() }
+        Self { options: options.clone(), watcher: Watcher::default() }
     }
 
     /// The features of the next frame.
     pub fn extract(&mut self, frame: &Frame) -> Features {
+        let change =
+            if self.options.coherence > 0.0 { self.watcher.watch(frame) } else { Change::Shot };
+        let candidates = match change {
+            Change::Shot => self.candidates(frame),
+            Change::Goes(_) => Mask::new(frame.size()),
+        };
+        Features { candidates, change }
+    }
+
+    /// The feature points of `frame`, whatever came before it.
+    pub fn candidates(&self, frame: &Frame) -> Mask {
         match self.options.method {
-            Method::Hrlp => {
-                let regions = self.regions(frame);
-                Features { candidates: region::pick_points(&regions, self.picks()) }
-            }
+            Method::Hrlp => region::pick_points(&self.regions(frame), self.picks()),
         }
     }
 

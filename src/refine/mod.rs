@@ -18,6 +18,7 @@ mod descend;
 mod flip;
 mod force;
 mod patch;
+mod plan;
 mod replace;
 mod rest;
 mod ring;
@@ -71,7 +72,7 @@ impl RefineOptions {
 
     /// A frame of a video whose mesh comes from the frame before.
     pub const fn live() -> Self {
-        Self { steps: 2, replace: 0.002, threshold: 0.03, ..Self::draft() }
+        Self { steps: 2, replace: 0.02, threshold: 0.03, ..Self::draft() }
     }
 }
 

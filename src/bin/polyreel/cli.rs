@@ -8,7 +8,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use polyreel::error::{Error, Result};
 use polyreel::frame::Rational;
-use polyreel::options::{Colour, Method, Options, Points, Thresholds};
+use polyreel::options::{Colour, Method, Options, Points, Quality, Thresholds};
 use polyreel::source::SourceOptions;
 
 use crate::amount;
@@ -177,6 +177,22 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "S", help = told(
         "Decides all chance: the same seed gives the same bytes", Options::default().seed))]
     seed: Option<u64>,
+    #[arg(long, value_name = "C", help = told(
+        "How much of the mesh lives on from frame to frame, 0 (each frame alone) to 1 (locked)",
+        Options::default().coherence))]
+    coherence: Option<f64>,
+    #[arg(long, value_name = "NAME", value_parser = qualities(), help = told(
+        "How much work goes into refinement: none, most of the gain, all of it",
+        Options::default().quality.name()))]
+    quality: Option<Quality>,
+    /// Steps of refinement in place of --quality: of a still, and of each frame of an animation, the
+    /// first of a shot getting a few more [default: as --quality]
+    #[arg(long, value_name = "STEPS", conflicts_with = "quality")]
+    refine: Option<u32>,
+    #[arg(long, value_name = "R", help = told(
+        "How much well-shaped triangles count against the error, 0 (not at all) to 1 (only they do)",
+        Options::default().regularity))]
+    regularity: Option<f64>,
     /// Draw the edges of the mesh, in black or in COLOUR (white, #802040) [default: none]
     #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true)]
     #[arg(default_missing_value = "black")]
@@ -229,6 +245,9 @@ impl LookArgs {
         put(&mut options.method, &self.method);
         put(&mut options.points, &self.points);
         put(&mut options.seed, &self.seed);
+        put(&mut options.coherence, &self.coherence);
+        put(&mut options.quality, &self.quality);
+        put(&mut options.regularity, &self.regularity);
         put(&mut options.smoothing, &self.smoothing);
         put(&mut options.clusters, &self.clusters);
         put(&mut options.interval, &self.interval);
@@ -236,6 +255,9 @@ impl LookArgs {
         put(&mut options.max_points, &self.max_points);
         put(&mut options.default_points, &self.default_points);
         put(&mut options.thresholds, &self.thresholds);
+        if self.refine.is_some() || self.quality.is_some() {
+            options.refine = self.refine;
+        }
         options.outline = self.outline.or(options.outline);
         options.hex_density = self.hex_density.or(options.hex_density);
         if self.points.is_some() {
@@ -278,6 +300,13 @@ fn methods() -> impl TypedValueParser<Value = Method> {
     PossibleValuesParser::new(Method::ALL.map(Method::name)).try_map(|name| {
         let found = Method::ALL.into_iter().find(|method| method.name() == name);
         found.ok_or_else(|| Error::usage("no such method"))
+    })
+}
+
+fn qualities() -> impl TypedValueParser<Value = Quality> {
+    PossibleValuesParser::new(Quality::ALL.map(Quality::name)).try_map(|name| {
+        let found = Quality::ALL.into_iter().find(|quality| quality.name() == name);
+        found.ok_or_else(|| Error::usage("no such quality"))
     })
 }
 
