@@ -19,6 +19,8 @@ pub(crate) enum Kind {
     Y4m,
     /// None of these: a video, or no picture at all.
     Other,
+    /// A pipe, whose first bytes cannot be looked at twice.
+    Stream,
 }
 
 /// Bytes that tell every kind apart.
@@ -40,6 +42,9 @@ pub(crate) const READABLE: &str = "PNG, JPEG, WebP, BMP, TIFF, PNM or GIF";
 /// When it is missing, unreadable, a folder, or empty.
 pub(crate) fn detect(path: &Path) -> Result<Kind> {
     let mut magic = Vec::with_capacity(MAGIC);
+    if is_pipe(path) {
+        return Ok(Kind::Stream);
+    }
     open(path)?
         .take(MAGIC as u64)
         .read_to_end(&mut magic)
@@ -48,6 +53,18 @@ pub(crate) fn detect(path: &Path) -> Result<Kind> {
         return Err(Error::input(path, "the file is empty; expected a picture or a video"));
     }
     Ok(kind(&magic))
+}
+
+/// Whether `path` is a named pipe, or the end of one (`/dev/fd/63`, as shells have it).
+#[cfg(unix)]
+fn is_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    std::fs::metadata(path).is_ok_and(|file| file.file_type().is_fifo())
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_path: &Path) -> bool {
+    false
 }
 
 /// Opens a file, not a folder.

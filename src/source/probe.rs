@@ -93,7 +93,7 @@ pub(crate) fn input_format(path: &Path) -> Vec<OsString> {
     if is_camera(path) { child::arguments([&"-f", &"v4l2"]) } else { Vec::new() }
 }
 
-fn is_camera(path: &Path) -> bool {
+pub(crate) fn is_camera(path: &Path) -> bool {
     path.to_str().is_some_and(|text| text.starts_with("/dev/video"))
 }
 

@@ -99,7 +99,7 @@ fn picture(path: &Path) -> Result<ImageFormat> {
         Kind::Gif => {
             Err(Error::input(path, "a GIF cannot be one picture of a sequence; name it alone"))
         }
-        Kind::Y4m => {
+        Kind::Y4m | Kind::Stream => {
             Err(Error::input(path, "a video cannot be one picture of a sequence; name it alone"))
         }
         Kind::Other => {

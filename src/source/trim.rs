@@ -89,7 +89,10 @@ pub(crate) struct Trim {
 
 impl Trim {
     /// `part` of `inner`.
-    pub(crate) fn new(inner: Box<dyn Source>, part: Part) -> Self {
+    pub(crate) fn new(mut inner: Box<dyn Source>, part: Part) -> Self {
+        if part.start > Rational::ZERO {
+            inner.skip_to(part.start);
+        }
         Self { inner, part, delivered: 0 }
     }
 
