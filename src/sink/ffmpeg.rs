@@ -300,7 +300,8 @@ impl Sink for VideoSink {
             return Err(Error::output(self.place.named(), "there is not one frame to write"));
         }
         self.writer = None;
-        let status = self.child.wait().map_err(|e| Error::output(self.place.named(), e.to_string()))?;
+        let status =
+            self.child.wait().map_err(|e| Error::output(self.place.named(), e.to_string()))?;
         if !status.success() || self.child.complained() {
             return Err(self.fallen());
         }

@@ -56,8 +56,7 @@ impl Y4mFile {
     pub(crate) fn create(path: &Path, info: &StreamInfo, options: &SinkOptions) -> Result<Self> {
         let place = Place::reserve(path, options)?;
         let file = place.file().try_clone().map_err(|error| place.failed(&error))?;
-        let stream =
-            Y4mSink::new(BufWriter::new(file), path, info, info.size, Sampling::Yuv420)?;
+        let stream = Y4mSink::new(BufWriter::new(file), path, info, info.size, Sampling::Yuv420)?;
         Ok(Self { stream: Box::new(stream), place })
     }
 }

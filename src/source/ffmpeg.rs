@@ -75,6 +75,10 @@ impl Video {
         let program = child::ffmpeg_program(self.ffmpeg.as_deref());
         let mut child = Child::spawn(&program, &arguments(&self.path, info, track))
             .map_err(|what| Error::input(&self.path, what))?;
+        if is_address(&self.path) {
+            child.be_patient();
+            child.may_hang_up();
+        }
         let stdout = child
             .stdout()
             .ok_or_else(|| Error::input(&self.path, "ffmpeg came without standard output"))?;

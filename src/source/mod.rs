@@ -26,6 +26,8 @@ use image::ImageFormat;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Rational, Span, StreamInfo};
 
+pub use watch::hang_up;
+
 use detect::Kind;
 use resize::Resize;
 use trim::{Part, Trim};
@@ -68,8 +70,8 @@ pub struct SourceOptions {
     pub fps: Option<Rational>,
     /// Frames whose longest side is above this many pixels are shrunk to it. Default: never.
     pub max_size: Option<u32>,
-    /// Whether an input that ends too early is taken as if it ended there. Default: it is an error,
-    /// after the frames that could be read.
+    /// Whether of a single picture that ends too early its upper part is delivered, before the error
+    /// that tells so. Whole frames always are. Default: no.
     pub allow_truncated: bool,
     /// The ffmpeg program that reads video. Default: the one that the system finds.
     pub ffmpeg: Option<PathBuf>,
@@ -182,11 +184,11 @@ fn recognised(inputs: &[String], part: Option<Part>, options: &SourceOptions) ->
     match detect::detect(&path)? {
         Kind::Gif => gif::open(path, options),
         Kind::Picture(ImageFormat::Png) => match apng::facts(&path)? {
-            Some(facts) => animation::open(path, animation::Format::Apng, facts, options),
+            Some(facts) => animation::open(path, animation::Format::Apng, facts),
             None => sequence::open_still(path, ImageFormat::Png, options),
         },
         Kind::Picture(ImageFormat::WebP) => match webp::facts(&path)? {
-            Some(facts) => animation::open(path, animation::Format::WebP, facts, options),
+            Some(facts) => animation::open(path, animation::Format::WebP, facts),
             None => sequence::open_still(path, ImageFormat::WebP, options),
         },
         Kind::Picture(format) => sequence::open_still(path, format, options),
@@ -210,6 +212,5 @@ fn resized(input: Input, options: &SourceOptions) -> Input {
     }
     let Input { paths, mut info, sound, start } = input;
     info.size = to;
-    Input::new(paths, info, move || Ok(Box::new(Resize::new(start()?, from, to))))
-        .with_sound(sound)
+    Input::new(paths, info, move || Ok(Box::new(Resize::new(start()?, from, to)))).with_sound(sound)
 }

@@ -74,6 +74,9 @@ fn ask(path: &Path, ffmpeg: Option<&Path>) -> Result<Value> {
     args.extend(input_format(path));
     args.extend([OsString::from("-i"), child::address(path)]);
     let mut probe = Child::spawn(&child::ffprobe_program(ffmpeg), &args).map_err(fail)?;
+    if child::is_url(path) || is_camera(path) {
+        probe.be_patient();
+    }
     let mut answer = String::new();
     if let Some(stdout) = probe.stdout() {
         stdout

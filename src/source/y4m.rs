@@ -125,7 +125,15 @@ impl<R: Read> Y4mSource<R> {
             live: false,
             colour: Some(colour),
         };
-        Ok(Self { input, path: path.into(), info, header, planes: Vec::new(), count: 0, from: Rational::ZERO })
+        Ok(Self {
+            input,
+            path: path.into(),
+            info,
+            header,
+            planes: Vec::new(),
+            count: 0,
+            from: Rational::ZERO,
+        })
     }
 
     /// What the header tells.

@@ -4,14 +4,17 @@ use std::fmt::Write as _;
 
 use polyreel::error::Result;
 use polyreel::frame::{Loops, Rational, StreamInfo};
-use polyreel::pipeline::InputReport;
+use polyreel::pipeline::{InputReport, Stop};
 use polyreel::source;
 
 use crate::cli::InfoArgs;
+use crate::interrupt::Interrupt;
 use crate::{Outcome, print};
 
 /// Prints what the input's headers tell.
 pub(crate) fn info(args: &InfoArgs) -> Result<Outcome> {
+    // Programs that read for us must not outlive us.
+    Interrupt::listen(&Stop::default());
     let input = source::open(&args.input.inputs, &args.input.options())?;
     let info = input.info().clone();
     let text = if args.json {

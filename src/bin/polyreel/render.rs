@@ -24,10 +24,10 @@ use crate::record::Record;
 pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let output = args.output.as_deref().ok_or_else(|| no_output(&args.input.inputs))?;
     let options = args.look.options()?;
-    let input = source::open(&args.input.inputs, &args.input.options())?;
-    let info = input.info().clone();
     let stop = Stop::default();
     let interrupt = Interrupt::listen(&stop);
+    let input = source::open(&args.input.inputs, &args.input.options())?;
+    let info = input.info().clone();
     let record = record_of(args, input.paths(), output)?;
     let sink = sink::create(output, &info, &sink_options(args, &input)?)?;
     let warnings = sink.warnings().to_vec();
@@ -44,6 +44,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         allow_truncated: args.input.allow_truncated,
     };
     let mut progress = Progress::new(info.frames, args.run.quiet, record.is_some());
+    interrupt.begin();
     let ended = pipeline::run(move || input.start(), sink, &settings, &mut progress, &stop);
     let per_frame = progress.finish();
     let summary = ended?;
@@ -76,7 +77,7 @@ fn sink_options(args: &RenderArgs, input: &Input) -> Result<SinkOptions> {
 /// The length of the file `output`, if it is one.
 fn bytes_of(output: &str) -> Option<u64> {
     let file = std::fs::metadata(output).ok().filter(|file| file.is_file())?;
-    (output != "-").then(|| file.len())
+    (output != "-").then_some(file.len())
 }
 
 fn record_of(args: &RenderArgs, inputs: &[PathBuf], output: &str) -> Result<Option<Record>> {
