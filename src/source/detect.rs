@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use image::ImageFormat;
 
@@ -28,13 +28,26 @@ const MAGIC: usize = 16;
 
 /// Extensions of the pictures that can be read; a folder's files with one of these are meant to be
 /// pictures, whatever they hold.
-pub(crate) const PICTURE_EXTENSIONS: [&str; 14] = [
+const PICTURE_EXTENSIONS: [&str; 14] = [
     "png", "apng", "jpg", "jpeg", "jfif", "webp", "bmp", "tif", "tiff", "pnm", "pbm", "pgm", "ppm",
     "gif",
 ];
 
 /// The formats that can be read, in words.
 pub(crate) const READABLE: &str = "PNG, JPEG, WebP, BMP, TIFF, PNM or GIF";
+
+/// Whether the extension of `path` is that of a picture.
+pub(crate) fn is_called_picture(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| {
+        PICTURE_EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+    })
+}
+
+/// The error of a file that should be a picture.
+pub(crate) fn no_picture(path: PathBuf) -> Error {
+    let what = format!("is not a picture that can be read; expected {READABLE} by content");
+    Error::input(path, what)
+}
 
 /// What `path` is.
 ///

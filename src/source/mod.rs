@@ -193,7 +193,11 @@ fn recognised(inputs: &[String], part: Option<Part>, options: &SourceOptions) ->
         },
         Kind::Picture(format) => sequence::open_still(path, format, options),
         Kind::Y4m | Kind::Stream => y4m::open(path),
-        Kind::Other => ffmpeg::open(path, options),
+        Kind::Other => {
+            let picture = detect::is_called_picture(&path);
+            let video = ffmpeg::open(path.clone(), options);
+            video.map_err(|error| if picture { detect::no_picture(path) } else { error })
+        }
     }
 }
 

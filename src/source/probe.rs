@@ -109,6 +109,10 @@ pub(crate) fn probe(path: &Path, ffmpeg: Option<&Path>) -> Result<Probed> {
     let stream = streams(&answer, "video")
         .find(|stream| stream["disposition"]["attached_pic"].as_u64() != Some(1))
         .ok_or_else(|| Error::input(path, "there is no video in it"))?;
+    if text(&answer["format"], "format_name") == Some("tty") {
+        // ffmpeg takes any text for a film of a terminal.
+        return Err(Error::input(path, "is text, neither a picture nor a video"));
+    }
     let pix_fmt = text(stream, "pix_fmt")
         .ok_or_else(|| Error::input(path, "ffmpeg has no decoder for this video"))?;
     let size = shown_size(stream).ok_or_else(|| Error::input(path, "the video has no size"))?;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use image::ImageFormat;
 
-use super::detect::{self, Kind, READABLE};
+use super::detect::{self, Kind};
 use super::still::{self, Header};
 use super::{Decoded, Input, SEQUENCE_RATE, Source, SourceOptions};
 use crate::error::{Error, Result};
@@ -102,9 +102,7 @@ fn picture(path: &Path) -> Result<ImageFormat> {
         Kind::Y4m | Kind::Stream => {
             Err(Error::input(path, "a video cannot be one picture of a sequence; name it alone"))
         }
-        Kind::Other => {
-            Err(Error::input(path, format!("is not a picture; expected {READABLE} by content")))
-        }
+        Kind::Other => Err(detect::no_picture(path.to_owned())),
     }
 }
 

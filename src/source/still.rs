@@ -63,9 +63,12 @@ pub(crate) fn decode_part(path: &Path, format: ImageFormat) -> Result<(Frame, Op
     let mut file = BufReader::new(detect::open(path)?);
     let cut = |how| Some(Error::input(path, cut_short(&title(word(format)), how)));
     if format != ImageFormat::Jpeg {
-        let (frame, error) = decoded(path, decoder(path, file, format)?, format)?;
-        let missing = error.is_none() && format == ImageFormat::WebP && !webp::is_complete(path)?;
-        return Ok((frame, if missing { cut("data is missing at its end") } else { error }));
+        let missing = format == ImageFormat::WebP && !webp::is_complete(path)?;
+        let end = || if missing { cut("data is missing at its end") } else { None };
+        let part = decoder(path, file, format).and_then(|d| decoded(path, d, format));
+        // Of a WebP that ends too early, the decoder says only that it is broken.
+        let (frame, error) = part.map_err(|error| end().unwrap_or(error))?;
+        return Ok((frame, error.or_else(end)));
     }
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes).map_err(|e| Error::input(path, format!("cannot be read: {e}")))?;

@@ -85,7 +85,7 @@ pub(crate) struct RenderArgs {
                         picture's size.\n\nExample:\n  polyreel inspect portrait.png -o stages/"
 )]
 pub(crate) struct InspectArgs {
-    /// The picture; of an animation, its first frame
+    /// The picture; of an animation or a video, its first frame
     #[arg(value_name = "IMAGE")]
     pub(crate) image: String,
     /// The folder to write to; made if it is not there
@@ -97,12 +97,16 @@ pub(crate) struct InspectArgs {
     /// Replace files that are there already
     #[arg(short = 'y', long)]
     pub(crate) overwrite: bool,
+    /// The ffmpeg program that reads video [default: the one on the search path]
+    #[arg(long, value_name = "PATH")]
+    pub(crate) ffmpeg: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) look: LookArgs,
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  polyreel info dance.gif --json")]
+#[command(after_help = "Of y4m on standard input only the header is read, and is gone then.\n\n\
+                        Example:\n  polyreel info dance.gif --json")]
 pub(crate) struct InfoArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,

@@ -30,8 +30,12 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
     // Programs that read for us must not outlive us.
     Interrupt::listen(&Stop::default());
     let options = args.look.options()?;
-    let wanted =
-        SourceOptions { frames: Some(1), max_size: args.max_size, ..SourceOptions::default() };
+    let wanted = SourceOptions {
+        frames: Some(1),
+        max_size: args.max_size,
+        ffmpeg: args.ffmpeg.clone(),
+        ..SourceOptions::default()
+    };
     let input = source::open(std::slice::from_ref(&args.image), &wanted)?;
     let info = StreamInfo { still: true, frames: Some(1), ..input.info().clone() };
     let inputs = input.paths().to_vec();
