@@ -4,14 +4,16 @@
 //! range of the source if it was video, else limited, and the matrix that the size stands for.
 //! A stream has one rate for all frames, the nominal one: frames of varying length lose theirs.
 
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use crate::colour::{Coding, Layout, Range, Sampling, Siting, from_rgba};
 use crate::error::{Error, Result};
 use crate::frame::{Colorimetry, Rational, StreamInfo, check_size};
 use crate::geom::Size;
-use crate::sink::{Picture, Sink};
+use crate::sink::place::Place;
+use crate::sink::{Picture, Sink, SinkOptions};
 
 /// A y4m stream being written. Transparent pixels lose their alpha.
 pub struct Y4mSink<W> {
@@ -22,6 +24,52 @@ pub struct Y4mSink<W> {
     /// The header, until it is written with the first frame.
     header: Option<String>,
     planes: Vec<u8>,
+}
+
+impl Y4mSink<io::Stdout> {
+    /// A stream on standard output, made from `info`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when that is a terminal.
+    pub(crate) fn standard(info: &StreamInfo) -> Result<Box<dyn Sink>> {
+        let output = io::stdout();
+        if output.is_terminal() {
+            return Err(Error::usage(
+                "standard output is a terminal; pipe it into what reads y4m: polyreel ... -o - | ffplay -",
+            ));
+        }
+        Ok(Box::new(Self::new(output, Path::new("-"), info, info.size, Sampling::Yuv420)?))
+    }
+}
+
+/// A y4m stream in a file.
+pub(crate) struct Y4mFile {
+    stream: Box<Y4mSink<BufWriter<File>>>,
+    place: Place,
+}
+
+impl Y4mFile {
+    /// A file at `path`, made from the stream `info`.
+    ///
+    /// # Errors
+    /// As [`Place::reserve`].
+    pub(crate) fn create(path: &Path, info: &StreamInfo, options: &SinkOptions) -> Result<Self> {
+        let place = Place::reserve(path, options)?;
+        let file = place.file().try_clone().map_err(|error| place.failed(&error))?;
+        let stream = Y4mSink::new(BufWriter::new(file), path, info, info.size, Sampling::Yuv420)?;
+        Ok(Self { stream: Box::new(stream), place })
+    }
+}
+
+impl Sink for Y4mFile {
+    fn write(&mut self, picture: Picture) -> Result<()> {
+        self.stream.write(picture)
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        self.stream.finish()?;
+        self.place.commit()
+    }
 }
 
 impl<W: Write + Send> Y4mSink<W> {

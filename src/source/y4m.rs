@@ -5,8 +5,10 @@
 //! matrix, so that the size decides ([`Coding::of`]). Frames are at a constant rate. Reference:
 //! yuv4mpeg(5) of mjpegtools and ffmpeg's reader and writer.
 
-use std::io::{self, BufRead, BufReader, Read};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, IsTerminal, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use image::imageops::{self, FilterType};
 
@@ -14,7 +16,7 @@ use crate::colour::{Coding, Layout, Sampling, Siting, to_rgba};
 use crate::error::{Error, Result};
 use crate::frame::{Colorimetry, Frame, Loops, Rational, Span, StreamInfo, check_size};
 use crate::geom::Size;
-use crate::source::{Decoded, Source};
+use crate::source::{Decoded, Input, Source, detect};
 
 /// What a stream begins with.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
@@ -31,6 +33,8 @@ pub struct Y4mSource<R> {
     header: Header,
     planes: Vec<u8>,
     count: u64,
+    /// Frames before this moment are not wanted.
+    from: Rational,
 }
 
 /// The first line.
@@ -42,6 +46,55 @@ struct Header {
     aspect: Rational,
     /// `XCOLORRANGE`, in ffmpeg's words.
     range: Option<String>,
+    /// Length of the line.
+    bytes: u64,
+}
+
+/// Opens y4m on standard input. Its header is read now.
+///
+/// # Errors
+/// As [`Y4mSource::new`], and when standard input is a terminal.
+pub(crate) fn open_standard() -> Result<Input> {
+    let input = io::stdin();
+    if input.is_terminal() {
+        return Err(Error::input(
+            "-",
+            "standard input is a terminal; pipe y4m into it: ffmpeg -i clip.mp4 -f yuv4mpegpipe - | \
+             polyreel ...",
+        ));
+    }
+    Ok(as_input(Y4mSource::new(input, Path::new("-"))?, Arc::from([])))
+}
+
+/// Opens y4m in a file or a named pipe.
+///
+/// # Errors
+/// As [`Y4mSource::new`], and when it cannot be opened.
+pub(crate) fn open(path: PathBuf) -> Result<Input> {
+    let file = detect::open(&path)?;
+    let mut source = Y4mSource::new(file, &path)?;
+    source.count_frames();
+    Ok(as_input(source, Arc::from([path])))
+}
+
+fn as_input<R: Read + Send + 'static>(source: Y4mSource<R>, paths: Arc<[PathBuf]>) -> Input {
+    Input::new(paths, source.info.clone(), move || Ok(Box::new(source)))
+}
+
+impl Y4mSource<File> {
+    /// Tells the number of frames from the length of the file.
+    fn count_frames(&mut self) {
+        let frame = self.header.layout.bytes() as u64 + "FRAME\n".len() as u64;
+        let Ok(file) = self.input.get_ref().metadata() else { return };
+        let bytes = file.len().saturating_sub(self.header.bytes);
+        // Frames may have parameters of their own, and the file may be cut short.
+        if file.is_file() && bytes.is_multiple_of(frame) {
+            let frames = bytes / frame;
+            self.info.frames = Some(frames);
+            let frames = i64::try_from(frames).ok().map(|n| Rational::new(n, 1));
+            self.info.duration = frames.and_then(|n| Some(n * self.header.rate.recip()?));
+        }
+    }
 }
 
 impl<R: Read> Y4mSource<R> {
@@ -72,7 +125,15 @@ impl<R: Read> Y4mSource<R> {
             live: false,
             colour: Some(colour),
         };
-        Ok(Self { input, path: path.into(), info, header, planes: Vec::new(), count: 0 })
+        Ok(Self {
+            input,
+            path: path.into(),
+            info,
+            header,
+            planes: Vec::new(),
+            count: 0,
+            from: Rational::ZERO,
+        })
     }
 
     /// What the header tells.
@@ -98,10 +159,23 @@ impl<R: Read> Y4mSource<R> {
 }
 
 impl<R: Read> Source for Y4mSource<R> {
+    fn skip_to(&mut self, start: Rational) {
+        self.from = start;
+    }
+
     fn next(&mut self) -> Result<Option<Decoded>> {
-        if !self.read_planes()? {
-            return Ok(None);
-        }
+        let length = self.header.rate.recip();
+        let start = loop {
+            if !self.read_planes()? {
+                return Ok(None);
+            }
+            let number = Rational::new(i64::try_from(self.count).unwrap_or(i64::MAX), 1);
+            let start = number * length.unwrap_or(Rational::ZERO);
+            if start >= self.from {
+                break start;
+            }
+            self.count += 1;
+        };
         let (layout, mut pixels) = (&self.header.layout, Vec::new());
         let coding =
             Coding::of(self.info.colour.as_ref().unwrap_or(&Colorimetry::default()), layout.size);
@@ -113,9 +187,7 @@ impl<R: Read> Source for Y4mSource<R> {
                 imageops::resize(&frame.into_image(), width, height, FilterType::CatmullRom);
             frame = Frame::from_image(image)?;
         }
-        let length = self.header.rate.recip();
-        let number = Rational::new(i64::try_from(self.count).unwrap_or(i64::MAX), 1);
-        let span = Span { start: number * length.unwrap_or(Rational::ZERO), length };
+        let span = Span { start, length };
         self.count += 1;
         Ok(Some(Decoded { frame, span }))
     }
@@ -182,7 +254,8 @@ fn parse(line: &str) -> Result<Header, String> {
         }
     };
     let layout = Layout { size: Size::new(width, height), sampling, siting, alpha };
-    Ok(Header { layout, rate, aspect, range })
+    let bytes = line.len() as u64 + 1;
+    Ok(Header { layout, rate, aspect, range, bytes })
 }
 
 /// `30000:1001`; inner `None` for `0:0`, which means untold. Bounded, so that times stay exact.

@@ -9,6 +9,7 @@ use clap::{Args, Parser, Subcommand};
 use polyreel::error::{Error, Result};
 use polyreel::frame::Rational;
 use polyreel::options::{Colour, Method, Options, Points, Quality, Thresholds};
+use polyreel::sink::ffmpeg::VideoOptions;
 use polyreel::source::SourceOptions;
 
 use crate::amount;
@@ -52,7 +53,9 @@ const RENDER_EXAMPLES: &str = "Examples:
   polyreel render portrait.png -o lowpoly.png
   polyreel render dance.gif -o dance-lowpoly.gif --points 1500
   polyreel render frames/ -o out/
-  polyreel render 'shots/*.jpg' -o shots.gif --fps 12 --outline=white";
+  polyreel render 'shots/*.jpg' -o shots.gif --fps 12 --outline=white
+  polyreel render clip.mp4 -o lowpoly.mp4 --start 0:05 --end 0:10
+  ffmpeg -i clip.mp4 -f yuv4mpegpipe - | polyreel render - -o - | ffplay -";
 
 #[derive(Debug, Args)]
 #[command(override_usage = "polyreel render [OPTIONS] <INPUT>... -o <OUTPUT>")]
@@ -61,12 +64,15 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
     // Not required as far as clap goes: whoever forgets -o gets a better answer than clap's.
-    /// Where to write, by its name: a picture, a GIF, numbered pictures (out_%04d.png), a folder (out/)
-    /// for PNGs, or null: to write nothing
+    /// Where to write, by its name: a picture, a GIF, a video (.mp4, .webm, .mkv, .mov, .y4m), numbered
+    /// pictures (out_%04d.png), a folder (out/) for PNGs, - for y4m on standard output, or null: to
+    /// write nothing
     #[arg(short, long, value_name = "OUTPUT", help_heading = "Output")]
     pub(crate) output: Option<String>,
     #[command(flatten)]
     pub(crate) write: WriteArgs,
+    #[command(flatten)]
+    pub(crate) video: VideoArgs,
     #[command(flatten)]
     pub(crate) look: LookArgs,
     #[command(flatten)]
@@ -79,7 +85,7 @@ pub(crate) struct RenderArgs {
                         picture's size.\n\nExample:\n  polyreel inspect portrait.png -o stages/"
 )]
 pub(crate) struct InspectArgs {
-    /// The picture; of an animation, its first frame
+    /// The picture; of an animation or a video, its first frame
     #[arg(value_name = "IMAGE")]
     pub(crate) image: String,
     /// The folder to write to; made if it is not there
@@ -91,12 +97,16 @@ pub(crate) struct InspectArgs {
     /// Replace files that are there already
     #[arg(short = 'y', long)]
     pub(crate) overwrite: bool,
+    /// The ffmpeg program that reads video [default: the one on the search path]
+    #[arg(long, value_name = "PATH")]
+    pub(crate) ffmpeg: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) look: LookArgs,
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  polyreel info dance.gif --json")]
+#[command(after_help = "Of y4m on standard input only the header is read, and is gone then.\n\n\
+                        Example:\n  polyreel info dance.gif --json")]
 pub(crate) struct InfoArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
@@ -109,8 +119,8 @@ pub(crate) struct InfoArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Input")]
 pub(crate) struct InputArgs {
-    /// A file, several pictures, a folder, a quoted glob ('shots/*.png') or a printf pattern
-    /// (shot%03d.png)
+    /// A picture, GIF or video, several pictures, a folder of them, a quoted glob ('shots/*.png'), a
+    /// printf pattern (shot%03d.png), a URL, a camera (/dev/video0), or - for y4m on standard input
     #[arg(value_name = "INPUT", required = true, help_heading = None::<&str>)]
     pub(crate) inputs: Vec<String>,
     /// Leave out what comes before TIME: 1.5, 500ms, 1:30 [default: from the beginning]
@@ -131,6 +141,9 @@ pub(crate) struct InputArgs {
     /// Keep what can be read of an input that breaks off [default: fail]
     #[arg(long)]
     pub(crate) allow_truncated: bool,
+    /// The ffmpeg program that reads and writes video [default: the one on the search path]
+    #[arg(long, value_name = "PATH")]
+    ffmpeg: Option<PathBuf>,
 }
 
 impl InputArgs {
@@ -142,7 +155,7 @@ impl InputArgs {
             fps: self.fps,
             max_size: self.max_size,
             allow_truncated: self.allow_truncated,
-            ..SourceOptions::default()
+            ffmpeg: self.ffmpeg.clone(),
         }
     }
 }
@@ -157,6 +170,43 @@ pub(crate) struct WriteArgs {
     /// What shows through transparent pixels in formats that have none, JPEG for one [default: white]
     #[arg(long, value_name = "COLOUR")]
     pub(crate) background: Option<Colour>,
+}
+
+/// How video is encoded.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Video output (.mp4, .webm, .mkv, .mov)")]
+pub(crate) struct VideoArgs {
+    /// The codec: h264, h265, vp8, vp9, av1, prores, or an encoder of ffmpeg by its name [default:
+    /// h264, in .webm vp9]
+    #[arg(long, value_name = "NAME")]
+    codec: Option<String>,
+    /// Constant quality in the codec's own measure, smaller is better [default: 18 for h264, what
+    /// looks alike for others]
+    #[arg(long, value_name = "N")]
+    crf: Option<u32>,
+    /// Effort, by x264's names: ultrafast to placebo [default: the encoder's own]
+    #[arg(long, value_name = "NAME")]
+    encoder_preset: Option<String>,
+    /// Leave the sound out [default: copied if the container takes it, else encoded again]
+    #[arg(long)]
+    no_audio: bool,
+    /// More options for ffmpeg's output, in one word: '-tune animation -b:a 96k' [default: none]
+    #[arg(long, value_name = "ARGS", allow_hyphen_values = true)]
+    ffmpeg_args: Option<String>,
+}
+
+impl VideoArgs {
+    pub(crate) fn options(&self, input: &InputArgs) -> Result<VideoOptions> {
+        let ffmpeg_args = self.ffmpeg_args.as_deref().map(amount::words).transpose();
+        Ok(VideoOptions {
+            codec: self.codec.clone(),
+            crf: self.crf,
+            encoder_preset: self.encoder_preset.clone(),
+            audio: !self.no_audio,
+            ffmpeg_args: ffmpeg_args.map_err(Error::Usage)?.unwrap_or_default(),
+            ffmpeg: input.ffmpeg.clone(),
+        })
+    }
 }
 
 /// How the result looks. Every field that is given replaces the preset's.
