@@ -4,7 +4,10 @@ pub mod canny;
 pub mod diffusion;
 pub mod edges;
 pub mod entropy;
+mod front;
 mod lab;
+pub mod lottery;
+pub mod maps;
 pub mod mask;
 pub mod plane;
 pub mod region;
@@ -13,16 +16,25 @@ pub mod slic;
 pub mod smooth;
 
 use crate::frame::Frame;
-use crate::options::{Method, Options};
+use crate::options::Options;
 use mask::Mask;
+use plane::Plane;
 use region::{Picks, Regions};
 use smooth::smooth;
 
 /// What level one found in a frame.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Features {
     /// The feature points: pixels that level two may choose from.
     pub candidates: Mask,
+    /// How much every pixel matters, at least 0, where the front end tells; any unit.
+    pub score: Option<Plane<f32>>,
+}
+
+impl From<Mask> for Features {
+    fn from(candidates: Mask) -> Self {
+        Self { candidates, score: None }
+    }
 }
 
 /// Level one for a stream of frames.
@@ -32,19 +44,14 @@ pub struct Extractor {
 }
 
 impl Extractor {
-    /// Level one as `options` ask for it.
+    /// Level one as `options` ask for it, which must be valid ([`Options::validate`]).
     pub fn new(options: &Options) -> Self {
         Self { options: options.clone() }
     }
 
     /// The features of the next frame.
     pub fn extract(&mut self, frame: &Frame) -> Features {
-        match self.options.method {
-            Method::Hrlp => {
-                let regions = self.regions(frame);
-                Features { candidates: region::pick_points(&regions, self.picks()) }
-            }
-        }
+        front::features(self, frame)
     }
 
     /// The colour regions that [`Extractor::extract`] would find in `frame`.
