@@ -365,7 +365,7 @@ pub struct Options {
     /// Steps of the diffusion before the entropy, 0..=1000. Default 10.
     pub diffusion_iterations: u32,
     /// Differences of luma above which the diffusion takes them for edges, above 0 and at most 1000.
-    /// Default 20 (see `docs/calibration.md`).
+    /// Default 50 (see `docs/calibration.md`).
     pub diffusion_kappa: f64,
     /// Length of a step of the diffusion, above 0 and at most 0.25. Default 0.25.
     pub diffusion_gamma: f64,
@@ -393,7 +393,7 @@ impl Default for Options {
             percentiles: CellPercentiles::default(),
             entropy_radius: 5,
             diffusion_iterations: 10,
-            diffusion_kappa: 20.0,
+            diffusion_kappa: 50.0,
             diffusion_gamma: 0.25,
             outline: None,
         }

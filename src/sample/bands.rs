@@ -1,9 +1,9 @@
 //! Level two of the baseline Pic2PolyArt: an equal share of the seeds for each of four bands of
 //! saliency, 0-63, 64-127, 128-191 and 192-255, chosen among edges and salient points.
 //!
-//! The original also puts points on faces. No face detector whose model ships with a maintained crate
-//! was found (`rustface` comes without its model file, detectors on ONNX fetch theirs at run time), so
-//! that this baseline runs without: its seeds are those of edges and saliency alone.
+//! The original also puts points on faces. This one does not: of the face detectors for Rust those on
+//! ONNX fetch their models at run time, and `rustface`, which brings its model along, had its last
+//! release in 2021 and reads pixels through raw pointers. The seeds are those of edges and saliency.
 
 use super::thin;
 use crate::feature::mask::Mask;

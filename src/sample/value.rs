@@ -1,5 +1,7 @@
 //! Algorithm 3 of the paper: seeds by the mean value of the cells of the grid.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::spread::throw;
@@ -126,22 +128,24 @@ impl Cell {
 
 /// All cells, by the score or, where there is none, by the density of feature points.
 fn measure(features: &Features, grid: &HexGrid) -> Vec<Cell> {
-    let Size { width, height } = grid.size();
+    let height = grid.size().height;
     let most = features.score.as_ref().map_or(0.0, |score| {
         score.values().par_iter().with_min_len(1 << 14).copied().reduce(|| 0.0, f32::max)
     });
     let scale = if most > 0.0 { STEPS / most } else { 0.0 };
-    let value = |x: u32, y: u32| match &features.score {
-        // A float cast to an integer saturates, and takes NaN to 0.
-        Some(score) => (score.at(x, y) * scale) as u64,
-        None => u64::from(features.candidates.contains(x, y)) * STEPS as u64,
+    let value = |y: u32, columns: Range<u32>| match &features.score {
+        Some(score) => {
+            let values = &score.row(y)[columns.start as usize..columns.end as usize];
+            // A float cast to an integer saturates, and takes NaN to 0. A row's steps fit 32 bits.
+            u64::from(values.iter().map(|v| (v * scale) as u32).sum::<u32>())
+        }
+        None => columns.filter(|&x| features.candidates.contains(x, y)).count() as u64 * STEPS as u64,
     };
     let band = |band: usize| {
         let rows = (band * BAND) as u32..((band + 1) * BAND).min(height as usize) as u32;
         let (mut sums, mut first) = (Vec::<Cell>::new(), usize::MAX);
         for y in rows {
-            for x in 0..width {
-                let cell = grid.cell_of_pixel(x, y);
+            grid.row_runs(y, |cell, columns| {
                 if cell < first {
                     let missing = if sums.is_empty() { 0 } else { first - cell };
                     sums.splice(0..0, std::iter::repeat_n(Cell::default(), missing));
@@ -151,9 +155,9 @@ fn measure(features: &Features, grid: &HexGrid) -> Vec<Cell> {
                     sums.resize(cell - first + 1, Cell::default());
                 }
                 let sum = &mut sums[cell - first];
-                sum.pixels += 1;
-                sum.sum += value(x, y);
-            }
+                sum.pixels += u64::from(columns.end - columns.start);
+                sum.sum += value(y, columns);
+            });
         }
         (first, sums)
     };
