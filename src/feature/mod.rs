@@ -1,6 +1,7 @@
 //! Level one: which pixels of a frame matter.
 
 pub mod canny;
+pub mod change;
 pub mod diffusion;
 pub mod edges;
 pub mod entropy;

@@ -8,6 +8,7 @@ use super::surface::{Surface, next};
 #[derive(Debug, Default)]
 pub(super) struct Colouring {
     colour: Vec<u8>,
+    /// The classes; later ones may be empty.
     pub(super) classes: Vec<Vec<u32>>,
 }
 
@@ -18,7 +19,12 @@ const UNCOLOURED: u8 = u8::MAX;
 
 impl Colouring {
     /// Colours those of `order` for which `wanted` holds, greedily in that order.
-    pub(super) fn colour(&mut self, surface: &Surface, order: &[u32], wanted: impl Fn(u32) -> bool) {
+    pub(super) fn colour(
+        &mut self,
+        surface: &Surface,
+        order: &[u32],
+        wanted: impl Fn(u32) -> bool,
+    ) {
         self.colour.resize(surface.at.len(), UNCOLOURED);
         for class in &mut self.classes {
             class.drain(..).for_each(|v| self.colour[v as usize] = UNCOLOURED);

@@ -2,31 +2,24 @@
 
 use rayon::prelude::*;
 
+use super::Field;
+use super::colouring::Colouring;
 use super::force::gradient;
+use super::rest::Rest;
 use super::ring::Ring;
-use super::sums::{RowSums, Sums};
-use super::surface::{Cost, NONE, Surface, next, previous};
+use super::sums::Sums;
+use super::surface::{Cost, NONE, Surface, previous};
 use crate::geom::{Point, SUBPIXEL};
 use crate::mesh::Place;
 
-/// What a pass over the mesh works with.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Field<'a> {
-    pub(super) rows: &'a RowSums,
-    /// Squared 8-bit steps for a unit of flatness.
-    pub(super) weight: f64,
-    /// What a change must gain to be made, in squared 8-bit steps.
-    pub(super) least_gain: f64,
-}
-
 /// How far a vertex tries to go first, in 1/256 pixel, when nothing is known of it.
-pub(super) const FIRST_REACH: i32 = SUBPIXEL;
+const FIRST_REACH: i32 = SUBPIXEL;
 
 /// A vertex whose step fails at this length falls asleep: 1/16 pixel.
 const LEAST_REACH: i32 = SUBPIXEL / 16;
 
 /// One that is woken by a neighbour starts again with this.
-pub(super) const WAKING_REACH: i32 = SUBPIXEL / 4;
+const WAKING_REACH: i32 = SUBPIXEL / 4;
 
 /// The longest step: about half of the distance between seeds at the default number of points.
 const MOST_REACH: i32 = 6 * SUBPIXEL;
@@ -44,15 +37,59 @@ struct Visit {
 
 /// The visits of one piece of work, with the spokes and costs of the vertices that move.
 #[derive(Debug, Default)]
-pub(super) struct Visits {
+struct Visits {
     visits: Vec<Visit>,
     spokes: Vec<Sums>,
     costs: Vec<Cost>,
 }
 
+/// Vertices that take their turns together, so that what surrounds them stays in the cache.
+const BLOCK: usize = 768;
+
+/// The descent of all vertices.
+#[derive(Debug, Default)]
+pub(super) struct Descent {
+    /// How far each vertex tries to go, in 1/256 pixel; 0 when it last slept.
+    reach: Vec<i32>,
+    colouring: Colouring,
+    found: Vec<Visits>,
+}
+
+impl Descent {
+    /// Forgets everything.
+    pub(super) fn reset(&mut self, vertices: usize) {
+        self.reach.clear();
+        self.reach.resize(vertices, FIRST_REACH);
+    }
+
+    /// Forgets what is known of these vertices.
+    pub(super) fn start_anew(&mut self, vertices: &[u32]) {
+        for &v in vertices {
+            self.reach[v as usize] = FIRST_REACH;
+        }
+    }
+
+    /// Lets every vertex that is awake take a step. Returns how many moved.
+    pub(super) fn step(&mut self, surface: &mut Surface, rest: &Rest, field: Field) -> usize {
+        surface.clock += 1;
+        let mut moved = 0;
+        for block in 0..surface.order.len().div_ceil(BLOCK) {
+            let end = ((block + 1) * BLOCK).min(surface.order.len());
+            let here = &*surface;
+            self.colouring.colour(here, &here.order[block * BLOCK..end], |v| {
+                here.awake[v as usize] && rest.allows(v)
+            });
+            for class in &self.colouring.classes {
+                moved += descend(surface, &mut self.reach, class, field, &mut self.found);
+            }
+        }
+        moved
+    }
+}
+
 /// Moves the vertices of `class`, no two of which are neighbours, each as far as it lowers the cost of
 /// its own triangles. Returns how many moved.
-pub(super) fn descend(
+fn descend(
     surface: &mut Surface,
     reach: &mut [i32],
     class: &[u32],
@@ -61,17 +98,19 @@ pub(super) fn descend(
 ) -> usize {
     let here = &*surface;
     let reaches = &*reach;
-    class
-        .par_chunks(PACK)
-        .map(|vertices| {
-            let mut visits = Visits::default();
-            let mut ring = Ring::default();
-            for &v in vertices {
-                visit(here, v, reaches[v as usize], field, &mut ring, &mut visits);
-            }
-            visits
-        })
-        .collect_into_vec(found);
+    let look = |vertices: &[u32]| {
+        let mut visits = Visits::default();
+        let mut ring = Ring::default();
+        for &v in vertices {
+            let reach = match reaches[v as usize] {
+                0 => WAKING_REACH,
+                reach => reach,
+            };
+            visit(here, v, reach, field, &mut ring, &mut visits);
+        }
+        visits
+    };
+    class.par_chunks(PACK).map(look).collect_into_vec(found);
     found.iter().map(|visits| apply(surface, reach, visits)).sum()
 }
 
@@ -188,7 +227,6 @@ fn apply(surface: &mut Surface, reach: &mut [i32], found: &Visits) -> usize {
             surface.changed(h / 3, cost);
         }
         costs = &costs[fan.len()..];
-        let _ = next;
     }
     moved
 }

@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::descend::Field;
+use super::Field;
+use super::rest::Rest;
 use super::sums::Sums;
 use super::surface::{Cost, NONE, Surface, next, previous};
 use crate::geom::orient;
@@ -13,14 +14,31 @@ const PACK: usize = 3 * 256;
 /// Turns inner edges, the diagonals of their two triangles, where the other diagonal costs less
 /// (data-dependent triangulation: Dyn, Levin, Rippa 1990). Only edges with a triangle that changed at
 /// or after tick `since` are looked at. Returns how many turned.
-pub(super) fn flip(surface: &mut Surface, since: u32, field: Field, found: &mut Vec<Vec<u32>>) -> usize {
+pub(super) fn flip(
+    surface: &mut Surface,
+    rest: &Rest,
+    since: u32,
+    field: Field,
+    found: &mut Vec<Vec<u32>>,
+) -> usize {
+    surface.clock += 1;
     let here = &*surface;
+    let is_allowed = |surface: &Surface, h: u32| {
+        let twin = surface.twin[h as usize];
+        rest.allows_triangle(surface, h / 3) || rest.allows_triangle(surface, twin / 3)
+    };
     (0..here.origin.len().div_ceil(PACK))
         .into_par_iter()
         .map(|pack| {
             let end = ((pack + 1) * PACK).min(here.origin.len());
             let edges = pack as u32 * PACK as u32..end as u32;
-            edges.filter(|&h| is_fresh(here, h, since) && turned(here, h, field).is_some()).collect()
+            edges
+                .filter(|&h| {
+                    is_fresh(here, h, since)
+                        && is_allowed(here, h)
+                        && turned(here, h, field).is_some()
+                })
+                .collect()
         })
         .collect_into_vec(found);
     let mut flips = 0;

@@ -49,8 +49,6 @@ fn pull(rows: &RowSums, from: Point, to: Point, behind: [f32; 4], front: [f32; 4
     let sums = rows.sample(from, to, samples);
     // Weights (1 - u) add up to samples^2 there. |I - b|^2 - |I - f|^2 = (f - b) . (2 I - f - b)
     let share = 1.0 / (samples * samples) as f32;
-    let part = |c: usize| {
-        (front[c] - behind[c]) * (2.0 * share * sums[c] - front[c] - behind[c])
-    };
+    let part = |c: usize| (front[c] - behind[c]) * (2.0 * share * sums[c] - front[c] - behind[c]);
     0.5 * (part(0) + part(1) + part(2) + part(3))
 }

@@ -62,7 +62,9 @@ impl Closing {
                 continue;
             }
             let cost = cost + self.triangle_cost(rows, &ring.ends, [i, m, j]);
-            if cost.shape.is_finite() && cost.total(weight) < self.best[i][j].total(weight) {
+            let better = !self.best[i][j].shape.is_finite()
+                || cost.total(weight) < self.best[i][j].total(weight);
+            if cost.shape.is_finite() && better {
                 self.best[i][j] = cost;
                 self.apex[i][j] = m as u8;
             }
@@ -132,7 +134,14 @@ pub(super) fn take_out(
 
 /// Puts vertex `v` at `p` inside the polygon of `ring`, whose spokes are those of `p`: its triangles
 /// and the two of `spare` become the fan around it.
-pub(super) fn put_in(surface: &mut Surface, rows: &RowSums, ring: &Ring, v: u32, p: Point, spare: [u32; 2]) {
+pub(super) fn put_in(
+    surface: &mut Surface,
+    rows: &RowSums,
+    ring: &Ring,
+    v: u32,
+    p: Point,
+    spare: [u32; 2],
+) {
     let links = links(surface, ring);
     let mut slots: Vec<u32> = ring.links.iter().map(|&h| h / 3).collect();
     slots.sort_unstable();

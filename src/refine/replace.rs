@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::descend::Field;
+use super::Field;
 use super::force::gradient;
 use super::patch::{Closing, put_in, take_out};
+use super::rest::Rest;
 use super::ring::Ring;
 use super::surface::{Cost, NONE, Surface};
 use crate::geom::Point;
@@ -33,6 +34,12 @@ struct Opening {
     gain: Cost,
     site: Site,
     place: Point,
+}
+
+impl Opening {
+    fn worth(&self, weight: f64) -> f64 {
+        self.gain.total(weight).min(self.gain.error)
+    }
 }
 
 /// The polygon that a vertex goes into.
@@ -95,13 +102,25 @@ fn fan_cost(surface: &Surface, ring: &Ring) -> Cost {
 
 /// Moves up to `most` inner vertices whose surroundings do best without them to the places where one
 /// more vertex gains most, the cheapest to the best, each as long as that pays. Returns the vertices.
-pub(super) fn replace(surface: &mut Surface, worth: &mut Worth, most: usize, field: Field) -> Vec<u32> {
+pub(super) fn replace(
+    surface: &mut Surface,
+    worth: &mut Worth,
+    rest: &Rest,
+    most: usize,
+    field: Field,
+) -> Vec<u32> {
+    if most == 0 {
+        return Vec::new();
+    }
     surface.clock += 1;
     worth.update(surface, field);
     let weight = field.weight;
-    let total = |v: u32| worth.loss[v as usize].total(weight);
-    let mut leaving: Vec<u32> =
-        (0..surface.at.len() as u32).filter(|&v| worth.loss[v as usize].shape.is_finite()).collect();
+    // Taking out costs, and putting in gains, whichever is worse of error and error with shape: so a
+    // pair that pays pays in both.
+    let total = |v: u32| worth.loss[v as usize].total(weight).max(worth.loss[v as usize].error);
+    let mut leaving: Vec<u32> = (0..surface.at.len() as u32)
+        .filter(|&v| worth.loss[v as usize].shape.is_finite() && rest.allows(v))
+        .collect();
     leaving.sort_unstable_by(|&a, &b| total(a).total_cmp(&total(b)).then(a.cmp(&b)));
     leaving.truncate(most * 2);
     let Some(&cheapest) = leaving.first() else { return Vec::new() };
@@ -115,21 +134,23 @@ pub(super) fn replace(surface: &mut Surface, worth: &mut Worth, most: usize, fie
             break;
         }
         opening.site.enclose(surface, &mut ring);
-        if ring.links.iter().any(|&h| taken[h as usize / 3]) {
+        if ring
+            .links
+            .iter()
+            .any(|&h| taken[h as usize / 3] || !rest.allows_triangle(surface, h / 3))
+        {
             continue;
         }
         // The cheapest vertex whose surroundings nothing has touched in this pass.
         let mut around = Ring::default();
         let next = leaving.find(|&v| {
             around.surround(surface, v);
-            let free = |&h: &u32| {
-                !taken[h as usize / 3] && ring.links.iter().all(|&g| g / 3 != h / 3)
-            };
+            let free =
+                |&h: &u32| !taken[h as usize / 3] && ring.links.iter().all(|&g| g / 3 != h / 3);
             around.links.iter().all(free)
         });
         let Some(v) = next else { break };
-        let change = worth.loss[v as usize] + opening.gain.scaled(-1.0);
-        if change.error >= 0.0 || change.total(weight) >= -field.least_gain {
+        if opening.worth(weight) - total(v) <= field.least_gain {
             break;
         }
         if !closing.plan(&around, field.rows, weight) {
@@ -175,7 +196,7 @@ fn openings(
                 .collect::<Vec<_>>()
         })
         .collect();
-    let gain = |o: &Opening| o.gain.total(field.weight);
+    let gain = |o: &Opening| o.worth(field.weight);
     openings.sort_unstable_by(|a, b| gain(b).total_cmp(&gain(a)).then(a.site.cmp(&b.site)));
     openings
 }
@@ -188,7 +209,7 @@ fn best_opening(surface: &Surface, t: u32, field: Field, ring: &mut Ring) -> Opt
         site.enclose(surface, ring);
         let start = site.centre(surface);
         if let Some(found) = settle(site, start, site.cost(surface), field, ring)
-            && best.is_none_or(|b| found.gain.total(field.weight) > b.gain.total(field.weight))
+            && best.is_none_or(|b| found.worth(field.weight) > b.worth(field.weight))
         {
             best = Some(found);
         }
@@ -199,7 +220,13 @@ fn best_opening(surface: &Surface, t: u32, field: Field, ring: &mut Ring) -> Opt
 /// Steps that a new vertex takes before its gain is counted.
 const SETTLING: usize = 4;
 
-fn settle(site: Site, start: Point, before: Cost, field: Field, ring: &mut Ring) -> Option<Opening> {
+fn settle(
+    site: Site,
+    start: Point,
+    before: Cost,
+    field: Field,
+    ring: &mut Ring,
+) -> Option<Opening> {
     let weight = field.weight;
     let mut place = start;
     let mut cost = ring.try_at(field.rows, place)?;

@@ -87,6 +87,11 @@ impl Total {
         Self { count: count as f64, channels: [r, g, b, alpha].map(|v| v as f64) }
     }
 
+    /// Number of pixels.
+    pub(super) fn count(&self) -> f64 {
+        self.count
+    }
+
     /// How much of its pixels' squares the triangle's mean colour accounts for: |sum|^2 / count, in
     /// squared 8-bit steps. What it does not account for is its error.
     pub(super) fn explained(&self) -> f64 {
@@ -276,6 +281,27 @@ impl RowSums {
             }
         });
         squares as f64
+    }
+
+    /// The mean squared error of triangles of a plain grid, when `triangles` of them share the frame:
+    /// the measure of what a triangle may be expected to have on this picture. From some 1000 samples.
+    pub(super) fn cell_error(&self, triangles: usize) -> f64 {
+        const ALONG: i32 = 32;
+        let far = self.size.far();
+        let area = f64::from(far.x) * f64::from(far.y) / triangles.max(1) as f64;
+        let leg = ((2.0 * area).sqrt() as i32).clamp(1, far.x.min(far.y));
+        let mut error = 0.0;
+        for j in 0..ALONG {
+            for i in 0..ALONG {
+                let place = |k: i32, far: i32| {
+                    (i64::from(far - leg) * i64::from(k) / i64::from(ALONG - 1)) as i32
+                };
+                let a = Point::new(place(i, far.x), place(j, far.y));
+                let triangle = [a, Point::new(a.x + leg, a.y), Point::new(a.x, a.y + leg)];
+                error += self.squares_of(triangle) - self.wide(triangle).explained();
+            }
+        }
+        error / f64::from(ALONG * ALONG)
     }
 
     /// The weighted sum over the pixels below `samples` points, evenly spaced between `from` and `to`,

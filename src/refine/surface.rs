@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::shape::flatness;
-use super::sums::{RowSums, Sums};
+use super::sums::{RowSums, Sums, Total};
 use crate::geom::{Point, SUBPIXEL, Size};
 use crate::mesh::{CORNERS, Mesh, Place};
 
@@ -48,7 +48,11 @@ impl Cost {
 
     /// How much a change to `after` gains. Never positive when the error itself would rise.
     pub(super) fn gain(self, after: Self, weight: f64) -> f64 {
-        if after.error > self.error { f64::NEG_INFINITY } else { self.total(weight) - after.total(weight) }
+        if after.error > self.error {
+            f64::NEG_INFINITY
+        } else {
+            self.total(weight) - after.total(weight)
+        }
     }
 }
 
@@ -101,6 +105,8 @@ pub(super) struct Surface {
     pub(super) stamp: Vec<u32>,
     /// Counts passes over the mesh.
     pub(super) clock: u32,
+    /// The triangles as they were last stored.
+    stored: Vec<[u32; 3]>,
     /// Vertices that a step looks at.
     pub(super) awake: Vec<bool>,
 }
@@ -118,6 +124,7 @@ impl Default for Surface {
             cost: Vec::new(),
             stamp: Vec::new(),
             clock: 0,
+            stored: Vec::new(),
             awake: Vec::new(),
         }
     }
@@ -164,6 +171,20 @@ impl Surface {
         self.stamp.resize(mesh.triangles.len(), self.clock);
         self.awake.clear();
         self.awake.resize(self.at.len(), true);
+    }
+
+    /// Takes `mesh`, of as many vertices and triangles as the one at hand, over from the last frame.
+    /// Returns whether its triangles are still the same: then only vertices have moved, and triangles
+    /// and half-edges keep their numbers.
+    pub(super) fn relink(&mut self, mesh: &Mesh) -> bool {
+        let same = mesh.triangles == self.stored;
+        if same {
+            self.at.clone_from(&mesh.vertices);
+            self.clock += 1;
+        } else {
+            self.link(mesh);
+        }
+        same
     }
 
     /// Numbers the triangles as `order` has their first vertices, so that neighbours lie close together.
@@ -246,7 +267,11 @@ impl Surface {
 
     /// Where vertex `v` may move.
     pub(super) fn freedom(&self, v: u32) -> Place {
-        if (v as usize) < CORNERS { Place::Corner } else { Place::of(self.at[v as usize], self.size) }
+        if (v as usize) < CORNERS {
+            Place::Corner
+        } else {
+            Place::of(self.at[v as usize], self.size)
+        }
     }
 
     /// Calls `visit` with the half-edges that leave `v`, in the order of their triangles around it.
@@ -260,6 +285,13 @@ impl Surface {
                 return;
             }
         }
+    }
+
+    /// The pixel sums of triangle `t`.
+    pub(super) fn total(&self, rows: &RowSums, t: u32) -> Total {
+        let [a, b, c] = self.corners(t);
+        let h = 3 * t as usize;
+        rows.total(&(self.sums[h] + self.sums[h + 1] + self.sums[h + 2]), a, b, c)
     }
 
     /// Writes the sums of half-edge `h` and its twin.
@@ -281,11 +313,12 @@ impl Surface {
     }
 
     /// Writes the vertices and triangles back, in canonical order.
-    pub(super) fn store(&self, mesh: &mut Mesh) {
+    pub(super) fn store(&mut self, mesh: &mut Mesh) {
         mesh.vertices.clone_from(&self.at);
         let (triangles, _) = self.origin.as_chunks::<3>();
         mesh.triangles.clear();
         mesh.triangles.extend_from_slice(triangles);
         Mesh::canonicalise(&mut mesh.triangles);
+        self.stored.clone_from(&mesh.triangles);
     }
 }

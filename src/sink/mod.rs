@@ -1,11 +1,17 @@
 //! Where frames go. One format a file; unfinished outputs never stand under their final name.
 
+pub mod codec;
+pub mod ffmpeg;
 mod gif;
 mod null;
+pub mod nut;
 mod palette;
 pub mod place;
+pub(crate) mod remux;
+pub mod sound;
 mod still;
 mod unfinished;
+pub mod y4m;
 
 pub use unfinished::remove_unfinished;
 

@@ -2,15 +2,21 @@
 
 mod animation;
 mod apng;
+pub(crate) mod child;
 pub(crate) mod detect;
 mod expand;
+pub mod ffmpeg;
 mod gif;
 mod jpeg;
+pub mod nut;
+pub mod probe;
 mod resize;
 mod sequence;
 mod still;
 mod trim;
+pub(crate) mod watch;
 mod webp;
+pub mod y4m;
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -1,0 +1,74 @@
+//! Which parts of a video's mesh rest: where the picture stands still, so does the mesh.
+
+use super::Field;
+use super::sums::RowSums;
+use super::surface::Surface;
+
+/// Frames during which a vertex may still change after the picture around it has come to rest. With a
+/// step or two a frame that is enough to settle; a still picture is then the same for good before its
+/// tenth frame.
+const CALM: u8 = 6;
+
+/// What has to change in the painted triangle to wake its corners, as a share of the least gain.
+/// Noise of two 8-bit steps in every pixel stays far below: the mean of a triangle evens it out.
+const WAKING: f64 = 0.5;
+
+/// What is remembered from frame to frame of where the picture moves.
+#[derive(Debug, Default)]
+pub(super) struct Rest {
+    /// Frames since the picture last changed around each vertex.
+    calm: Vec<u8>,
+    /// The colours in which the triangles were painted when they last woke or were changed.
+    colours: Vec<[f32; 4]>,
+}
+
+impl Rest {
+    /// Forgets everything: all vertices may change.
+    pub(super) fn reset(&mut self, surface: &Surface) {
+        self.calm.clear();
+        self.calm.resize(surface.at.len(), 0);
+        self.colours.clear();
+        self.colours.resize(surface.triangles(), [0.0; 4]);
+    }
+
+    /// Whether vertex `v` may change.
+    pub(super) fn allows(&self, v: u32) -> bool {
+        self.calm[v as usize] <= CALM
+    }
+
+    /// Whether triangle `t` may change: one of its corners may.
+    pub(super) fn allows_triangle(&self, surface: &Surface, t: u32) -> bool {
+        (3 * t..3 * t + 3).any(|h| self.allows(surface.from(h)))
+    }
+
+    /// A new frame: wakes the corners of the triangles whose mean colour has changed by more than
+    /// noise since they were last awake; slow changes add up.
+    pub(super) fn wake(&mut self, surface: &mut Surface, field: Field) {
+        for calm in &mut self.calm {
+            *calm = calm.saturating_add(1);
+        }
+        for t in 0..surface.triangles() as u32 {
+            let total = surface.total(field.rows, t);
+            let colour = total.mean().unwrap_or_default();
+            let old = &mut self.colours[t as usize];
+            let squared: f32 = colour.iter().zip(*old).map(|(a, b)| (a - b) * (a - b)).sum();
+            if total.count() * f64::from(squared) > WAKING * field.least_gain {
+                *old = colour;
+                for h in 3 * t..3 * t + 3 {
+                    let v = surface.from(h) as usize;
+                    self.calm[v] = 0;
+                    surface.awake[v] = true;
+                }
+            }
+        }
+    }
+
+    /// The end of a frame: takes the colours of the triangles that changed at tick `since` or later.
+    pub(super) fn settle(&mut self, surface: &Surface, rows: &RowSums, since: u32) {
+        for (t, colour) in (0u32..).zip(&mut self.colours) {
+            if surface.stamp[t as usize] >= since {
+                *colour = surface.total(rows, t).mean().unwrap_or_default();
+            }
+        }
+    }
+}
