@@ -1,20 +1,28 @@
 //! Level two: which of the feature points become seeds, and how seeds live on from frame to frame.
 
+pub mod bands;
 pub mod border;
 pub mod carry;
 pub mod density;
 pub mod spread;
+pub mod suppress;
+pub mod thin;
+pub mod value;
 
 use crate::feature::Features;
 use crate::feature::change::Change;
 use crate::geom::{Point, Size};
 use crate::hex::HexGrid;
 use crate::mesh::Mesh;
-use crate::options::Options;
+use crate::options::{Method, Options};
+use bands::share_bands;
 use border::border_points;
 use carry::carry;
 use density::{Binned, Quota};
 use spread::spread;
+use suppress::suppress;
+use thin::thin;
+use value::{Sharing, share_by_value, value_grid};
 
 /// What the mesh of a frame is made from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,7 +69,12 @@ impl Sampler {
     /// The grid over a frame of `size`. It depends on nothing else, so that it stays the same for a
     /// whole stream.
     pub fn grid(&self, size: Size) -> HexGrid {
-        match self.options.hex_density {
+        let Options { hex_density, min_points, .. } = self.options;
+        if matches!(self.options.method, Method::Help | Method::Hslp) {
+            let target = self.options.points.target(size);
+            return value_grid(size, target, min_points, hex_density);
+        }
+        match hex_density {
             Some(density) => HexGrid::with_density(size, density),
             None => {
                 let target = self.options.points.target(size).max(1);
@@ -111,27 +124,55 @@ impl Sampler {
     /// Seeds chosen afresh.
     ///
     /// Their number is the target of [`Options::points`]: quotas are multiplied by one common factor to
-    /// meet it. With [`Options::hex_density`] quotas are taken to the letter instead, and the number
-    /// follows from them.
+    /// meet it. With [`Options::hex_density`] the quotas of [`Method::Hrlp`] are taken to the letter
+    /// instead, and the number follows from them.
     pub fn choose(&self, features: &Features) -> Vec<Point> {
         let size = features.candidates.size();
         let seed = self.options.seed;
         let grid = self.grid(size);
-        let mut binned = Binned::new(&features.candidates, &grid, &self.quota(), seed);
         let mut seeds;
         let mut inside;
-        if self.options.hex_density.is_some() {
-            inside = binned.keep(1.0);
+        if self.options.method == Method::Hrlp && self.options.hex_density.is_some() {
+            inside = self.binned(features, &grid).keep(1.0);
             seeds = border_points(size, border_count(size, inside.len()));
         } else {
             let target = self.options.points.target(size);
             seeds = border_points(size, border_count(size, target));
             let target = target - seeds.len();
-            inside = binned.keep(binned.solve(target));
+            inside = self.pick(features, &grid, target);
             spread(&mut inside, target, &grid, seed);
         }
         seeds.extend(inside.iter().map(|&(x, y)| Point::pixel_centre(x, y)));
         seeds
+    }
+
+    /// At most `target` pixels, by the method's own level two.
+    fn pick(&self, features: &Features, grid: &HexGrid, target: usize) -> Vec<(u32, u32)> {
+        let seed = self.options.seed;
+        let Features { candidates, score, .. } = features;
+        match self.options.method {
+            Method::Hrlp => {
+                let mut binned = self.binned(features, grid);
+                binned.keep(binned.solve(target))
+            }
+            Method::Help | Method::Hslp => {
+                let Options { min_points, percentiles, .. } = self.options;
+                share_by_value(features, grid, Sharing { min_points, percentiles }, target, seed)
+            }
+            Method::Rlp => thin(candidates, target, seed),
+            Method::Entropy => match score {
+                Some(score) => suppress(score, target),
+                None => suppress(&candidates.to_plane(), target),
+            },
+            Method::Pic2polyart => match score {
+                Some(score) => share_bands(candidates, score, target, seed),
+                None => thin(candidates, target, seed),
+            },
+        }
+    }
+
+    fn binned(&self, features: &Features, grid: &HexGrid) -> Binned {
+        Binned::new(&features.candidates, grid, &self.quota(), self.options.seed)
     }
 
     fn quota(&self) -> Quota {
@@ -168,7 +209,7 @@ mod tests {
                 candidates.insert(x, y);
             }
         }
-        Features { candidates, change: Change::Shot }
+        candidates.into()
     }
 
     #[test]
