@@ -1,6 +1,7 @@
 //! polyreel turns pictures, GIFs and video into low-poly art.
 
 pub mod chance;
+pub mod colour;
 pub mod draw;
 pub mod error;
 pub mod feature;

@@ -1,4 +1,4 @@
-//! What changed since the frame before: cuts, motion, and where the picture stirs at all.
+//! What changed since the frame before: cuts and motion.
 
 use crate::flow::motion::{Motion, Small, block_correlations, block_differences, blocks};
 use crate::frame::Frame;
@@ -6,11 +6,7 @@ use crate::frame::Frame;
 /// Mean difference of luma in a block of a small picture, 0..255, above which the block has changed.
 /// Grain of standard deviation 4 leaves about 1 there (16 pixels' mean, mean absolute value); the
 /// quantisation noise of usual encoders lies below that.
-const STIR: f32 = 1.5;
-
-/// Frames for which a block is worked on after it changed: time for the mesh to settle on it, and short
-/// enough that a picture at rest is at rest after ten frames.
-const WAKE_FRAMES: u8 = 7;
+const STIR: f32 = 2.5;
 
 /// Share of changed blocks below which no cut is looked for.
 const CUT_CHANGED: f32 = 0.35;
@@ -36,37 +32,8 @@ const FLASH_FRAMES: u32 = 12;
 pub enum Change {
     /// It begins a new shot: the first frame, or the one after a cut.
     Shot,
-    /// It goes on from the frame before.
-    Goes {
-        /// Where the picture went since the frame before.
-        motion: Motion,
-        /// Where it stirs.
-        stir: Stir,
-    },
-}
-
-/// Which blocks of the frame have changed lately.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Stir {
-    /// Where the columns and rows of blocks end, in pixels of the frame.
-    column_ends: Vec<u32>,
-    row_ends: Vec<u32>,
-    awake: Vec<bool>,
-}
-
-impl Stir {
-    /// Whether the block of pixel `(x, y)` has changed lately.
-    pub fn at(&self, x: u32, y: u32) -> bool {
-        let place =
-            |ends: &[u32], at: u32| ends.partition_point(|&end| end <= at).min(ends.len() - 1);
-        let (column, row) = (place(&self.column_ends, x), place(&self.row_ends, y));
-        self.awake[row * self.column_ends.len() + column]
-    }
-
-    /// Whether nothing has changed lately.
-    pub fn is_rest(&self) -> bool {
-        !self.awake.contains(&true)
-    }
+    /// It goes on from the frame before, moved so.
+    Goes(Motion),
 }
 
 /// Watches a stream, one frame after the other.
@@ -78,10 +45,6 @@ pub struct Watcher {
 #[derive(Debug)]
 struct Seen {
     previous: Small,
-    /// What each block looked like when it last counted as changed; slow drift adds up against it.
-    reference: Small,
-    /// Frames that each block still stays awake.
-    waking: Vec<u8>,
     /// The last frame with texture before one without, and how long ago that was.
     before_flash: Option<(Small, u32)>,
 }
@@ -97,13 +60,7 @@ impl Watcher {
     }
 
     fn begin(&mut self, small: Small) -> Change {
-        let (columns, rows) = blocks(&small);
-        self.seen = Some(Seen {
-            previous: small.clone(),
-            reference: small,
-            waking: vec![WAKE_FRAMES; columns.len() * rows.len()],
-            before_flash: None,
-        });
+        self.seen = Some(Seen { previous: small, before_flash: None });
         Change::Shot
     }
 
@@ -126,29 +83,17 @@ impl Watcher {
             .before_flash
             .map(|(last, age)| (last, age + 1))
             .filter(|&(_, age)| age <= FLASH_FRAMES);
-        self.go_on(seen, small, motion)
+        self.seen = Some(Seen { previous: small, ..seen });
+        Change::Goes(motion)
     }
 
-    /// Passes a frame without texture, a flash perhaps, without stirring anything.
+    /// Passes a frame without texture, a flash perhaps: nothing can be learnt from it.
     fn wait(&mut self, seen: Seen, small: Small) -> Change {
         let motion = Motion::between(&small, &small, &[]);
-        let stir = stir(&small, &vec![0; seen.waking.len()]);
         let (last, age) = seen.before_flash.unwrap_or((seen.previous, 0));
         let before_flash = Some((last, age + 1)).filter(|&(_, age)| age <= FLASH_FRAMES);
-        let Seen { reference, waking, .. } = seen;
-        self.seen = Some(Seen { previous: small, reference, waking, before_flash });
-        Change::Goes { motion, stir }
-    }
-
-    fn go_on(&mut self, mut seen: Seen, small: Small, motion: Motion) -> Change {
-        let drifted = block_differences(&seen.reference, &small);
-        for (waking, &drift) in seen.waking.iter_mut().zip(&drifted) {
-            *waking = if drift > STIR { WAKE_FRAMES } else { waking.saturating_sub(1) };
-        }
-        seen.reference.take_blocks(&small, |block| drifted[block] > STIR);
-        let stir = stir(&small, &seen.waking);
-        self.seen = Some(Seen { previous: small, ..seen });
-        Change::Goes { motion, stir }
+        self.seen = Some(Seen { previous: small, before_flash });
+        Change::Goes(motion)
     }
 }
 
@@ -156,26 +101,15 @@ impl Seen {
     /// Whether `small` goes on from the last frame before a flash.
     fn comes_back(&self, small: &Small) -> bool {
         self.before_flash.as_ref().is_some_and(|(last, _)| {
-            let motion = Motion::between(last, small, &vec![true; self.waking.len()]);
+            let motion = Motion::between(last, small, &vec![true; block_count(small)]);
             Likeness::of(last, small, &motion).correlation >= CUT_CORRELATION
         })
     }
 }
 
-/// The blocks that are awake, and those beside them, since an edge on a block's border is seen in both.
-fn stir(small: &Small, waking: &[u8]) -> Stir {
+fn block_count(small: &Small) -> usize {
     let (columns, rows) = blocks(small);
-    let width = columns.len();
-    let awake = (0..waking.len()).map(|i| {
-        let (x, y) = (i % width, i / width);
-        (y.saturating_sub(1)..(y + 2).min(rows.len()))
-            .any(|v| (x.saturating_sub(1)..(x + 2).min(width)).any(|u| waking[v * width + u] > 0))
-    });
-    let ends = |starts: &[usize]| {
-        let next = starts.iter().skip(1).map(|&start| start as u32 * small.factor);
-        next.chain([u32::MAX]).collect()
-    };
-    Stir { column_ends: ends(&columns), row_ends: ends(&rows), awake: awake.collect() }
+    columns.len() * rows.len()
 }
 
 /// How much a frame is like one before.
@@ -214,4 +148,69 @@ fn histogram_distance(a: &Small, b: &Small) -> f32 {
     }
     let moved: u64 = bins.iter().map(|n| n.unsigned_abs()).sum();
     moved as f32 / (2 * a.plane().values().len().max(1)) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chance::{Purpose, unit};
+    use crate::geom::Size;
+
+    const SIZE: Size = Size::new(320, 200);
+
+    /// Smooth noise of `pitch` pixels a knot.
+    fn blobs(seed: u64, x: f64, y: f64, pitch: f64) -> f64 {
+        let knot = |x: f64, y: f64| unit(seed, Purpose::Noise, x as u32 + 50, y as u32 + 50);
+        let (u, v) = (x / pitch + 99.0, y / pitch);
+        let (fu, fv) = (u.fract(), v.fract());
+        let row = |v: f64| knot(u.floor(), v) * (1.0 - fu) + knot(u.floor() + 1.0, v) * fu;
+        row(v.floor()) * (1.0 - fv) + row(v.floor() + 1.0) * fv
+    }
+
+    /// A scene by chance, coarse and fine, moved to the right, its brightness scaled.
+    fn scene(seed: u64, moved: f64, light: f64) -> Frame {
+        let value = |x: u32, y: u32| {
+            let (x, y) = (f64::from(x) - moved, f64::from(y));
+            let level = 0.6 * blobs(seed, x, y, 29.0) + 0.4 * blobs(seed + 90, x, y, 7.0);
+            let g = (255.0 * light * level).min(255.0) as u8;
+            [g, g, g / 2, 255]
+        };
+        let pixels = (0..SIZE.height).flat_map(|y| (0..SIZE.width).map(move |x| (x, y)));
+        Frame::new(SIZE, pixels.map(|(x, y)| value(x, y)).collect()).expect("a small frame")
+    }
+
+    fn cuts(frames: impl IntoIterator<Item = Frame>) -> Vec<usize> {
+        let mut watcher = Watcher::default();
+        let begins = frames.into_iter().map(|frame| watcher.watch(&frame) == Change::Shot);
+        begins.enumerate().filter(|(_, begins)| *begins).map(|(i, _)| i).collect()
+    }
+
+    #[test]
+    fn cuts_are_found_in_the_frame_itself() {
+        let shot = |seed: u64| (0..5).map(move |t| scene(seed, f64::from(t) * 4.0, 1.0));
+        assert_eq!(cuts(shot(1).chain(shot(2)).chain(shot(3))), [0, 5, 10]);
+    }
+
+    #[test]
+    fn flashes_fades_and_pans_are_no_cuts() {
+        let white = Frame::filled(SIZE, [255; 4]).expect("white");
+        let flash =
+            (0..8).map(|t| if t == 4 { white.clone() } else { scene(1, f64::from(t), 1.0) });
+        assert_eq!(cuts(flash), [0], "to white");
+        let bright = (0..8).map(|t| scene(1, f64::from(t), if t == 4 { 1.6 } else { 0.6 }));
+        assert_eq!(cuts(bright), [0], "of light");
+        assert_eq!(
+            cuts((0..20).map(|t| scene(1, 0.0, 1.0 - f64::from(t) * 0.05))),
+            [0],
+            "fade out"
+        );
+        assert_eq!(cuts((1..20).map(|t| scene(1, 0.0, f64::from(t) * 0.05))), [0], "fade in");
+        assert_eq!(cuts((0..8).map(|t| scene(1, f64::from(t) * 15.0, 1.0))), [0], "pan");
+    }
+
+    #[test]
+    fn a_frame_of_another_size_begins_anew() {
+        let small = Frame::filled(Size::new(9, 9), [7; 4]).expect("small");
+        assert_eq!(cuts([scene(1, 0.0, 1.0), small.clone(), small]), [0, 1]);
+    }
 }

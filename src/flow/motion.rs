@@ -60,24 +60,6 @@ impl Small {
         Self { factor, size, levels }
     }
 
-    /// Takes the finest level's blocks (see [`blocks`]) that `wanted` names from `other`, of the same
-    /// size. The coarser levels stay as they are.
-    pub fn take_blocks(&mut self, other: &Self, wanted: impl Fn(usize) -> bool) {
-        let (columns, rows) = blocks(self);
-        let Size { width, height } = self.plane().size();
-        let (w, h) = (PATCH.min(width as usize), PATCH.min(height as usize));
-        for (j, &y) in rows.iter().enumerate() {
-            for (_, &x) in columns.iter().enumerate().filter(|(i, _)| wanted(j * columns.len() + i))
-            {
-                for y in y..y + h {
-                    let at = y * width as usize + x;
-                    self.levels[0].values_mut()[at..at + w]
-                        .copy_from_slice(&other.plane().values()[at..at + w]);
-                }
-            }
-        }
-    }
-
     /// The mean lumas at the finest level, 0..255.
     pub fn plane(&self) -> &Plane<f32> {
         &self.levels[0]
@@ -199,7 +181,7 @@ impl Grid {
             let rest = patch.search(b, &[[0.0; 2]], 0).squares;
             let found = patch.search(b, &tries, DESCENTS);
             // A move has to explain the change, not merely fit the grain a little better.
-            if found.squares < 0.7 * rest { found.vector } else { [0.0; 2] }
+            if found.squares < 0.5 * rest { found.vector } else { [0.0; 2] }
         };
         let vectors = (0..count).into_par_iter().with_min_len(32).map(vector).collect();
         Self { columns: columns.len(), vectors }

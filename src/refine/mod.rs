@@ -13,13 +13,13 @@
 //! Delaunay: where the picture asks for it a diagonal turns the other way, and a penalty on flat
 //! triangles, [`RefineOptions::regularity`], keeps the rest well-shaped.
 
-mod carry;
 mod colouring;
 mod crossing;
 mod descend;
 mod flip;
 mod force;
 mod patch;
+mod plan;
 mod replace;
 mod rest;
 mod ring;
@@ -32,7 +32,6 @@ mod tests;
 
 use crate::frame::Frame;
 use crate::mesh::Mesh;
-pub use carry::carry;
 use descend::Descent;
 use flip::flip;
 use replace::{Worth, replace, turns};
@@ -77,7 +76,7 @@ impl RefineOptions {
 
     /// A frame of a video whose mesh comes from the frame before.
     pub const fn live() -> Self {
-        Self { steps: 2, replace: 0.01, threshold: 0.03, ..Self::draft() }
+        Self { steps: 2, replace: 0.02, threshold: 0.03, ..Self::draft() }
     }
 }
 

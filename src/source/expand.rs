@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::detect::{self, Kind, PICTURE_EXTENSIONS, READABLE};
+use super::detect::{self, Kind, READABLE};
 use crate::error::{Error, Result};
 use crate::pattern::Pattern;
 
@@ -50,10 +50,9 @@ fn folder(path: &Path) -> Result<Vec<PathBuf>> {
         let entry = entry.map_err(unreadable)?;
         let file = entry.path();
         if !entry.file_name().to_string_lossy().starts_with('.') && file.is_file() {
-            let called = file.extension().is_some_and(|e| {
-                PICTURE_EXTENSIONS.iter().any(|known| e.eq_ignore_ascii_case(known))
-            });
-            if called || matches!(detect::detect(&file), Ok(Kind::Picture(_) | Kind::Gif)) {
+            if detect::is_called_picture(&file)
+                || matches!(detect::detect(&file), Ok(Kind::Picture(_) | Kind::Gif))
+            {
                 files.push(file);
             }
         }

@@ -1,0 +1,286 @@
+//! Between RGB frames and planar Y'CbCr, the form in which video travels.
+//!
+//! Matrices and ranges: ITU-R BT.601-7, BT.709-6 and BT.2020-2 (non-constant luminance), 8 bits.
+//! Sums are whole numbers with 18 bits of fraction and are rounded once, halves upwards. Subsampled
+//! chroma is interpolated linearly on the way in and averaged over its area on the way out, both
+//! before that one rounding, so that a flat colour comes back within 2 of itself.
+
+mod from_rgba;
+mod to_rgba;
+
+pub use from_rgba::from_rgba;
+pub use to_rgba::to_rgba;
+
+use crate::frame::Colorimetry;
+use crate::geom::Size;
+
+/// Bits of fraction in a conversion; the largest sum stays below 2^30.
+const FRACTION: u32 = 18;
+/// Interpolated chroma is in sixteenths, averaged RGB in eighths.
+const CHROMA_BITS: u32 = 4;
+const MEAN_BITS: u32 = 3;
+
+/// How RGB is mixed to luma and chroma.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Matrix {
+    /// ITU-R BT.601: standard definition, JPEG.
+    Bt601,
+    /// ITU-R BT.709: high definition.
+    Bt709,
+    /// ITU-R BT.2020, non-constant luminance: ultra high definition.
+    Bt2020,
+}
+
+/// Which of the 256 codes carry the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Range {
+    /// Luma 16..=235, chroma 16..=240 (`tv`).
+    Limited,
+    /// All codes (`pc`, JPEG).
+    Full,
+}
+
+/// The meaning of the codes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Coding {
+    /// Mixing of RGB.
+    pub matrix: Matrix,
+    /// Codes in use.
+    pub range: Range,
+}
+
+impl Coding {
+    /// What `tags` say of a picture of `size`. What they leave out, or name but is none of
+    /// [`Matrix`], is limited range and the players' convention: BT.709 for pictures that are wider
+    /// than 1279 or higher than 576 pixels, BT.601 for smaller ones (as mpv and browsers have it).
+    pub fn of(tags: &Colorimetry, size: Size) -> Self {
+        let matrix = match tags.matrix.as_deref() {
+            Some("bt709") => Matrix::Bt709,
+            Some("smpte170m" | "bt470bg" | "fcc") => Matrix::Bt601,
+            Some("bt2020nc" | "bt2020c") => Matrix::Bt2020,
+            _ if size.width >= 1280 || size.height > 576 => Matrix::Bt709,
+            _ => Matrix::Bt601,
+        };
+        let full = matches!(tags.range.as_deref(), Some("pc" | "full" | "jpeg"));
+        Self { matrix, range: if full { Range::Full } else { Range::Limited } }
+    }
+}
+
+/// How many chroma samples there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sampling {
+    /// No chroma at all.
+    Gray,
+    /// Half in both directions (rounded up).
+    Yuv420,
+    /// Half in each row (rounded up).
+    Yuv422,
+    /// As many as luma.
+    Yuv444,
+}
+
+/// Where a chroma sample that belongs to two columns of luma sits; between rows always halfway.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Siting {
+    /// On the left column (MPEG-2, H.264, VP9).
+    Left,
+    /// Halfway between them (JPEG, MPEG-1).
+    Centre,
+}
+
+/// Planes one after the other, without padding: Y, Cb, Cr and, if there is one, alpha.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Size of the picture and of its luma.
+    pub size: Size,
+    /// Chroma samples.
+    pub sampling: Sampling,
+    /// Their place.
+    pub siting: Siting,
+    /// Whether a plane of alpha (0..=255, straight) follows.
+    pub alpha: bool,
+}
+
+impl Layout {
+    /// Width and height of a chroma plane, zero when there is none.
+    pub fn chroma(&self) -> (usize, usize) {
+        let (width, height) = (self.size.width as usize, self.size.height as usize);
+        match self.sampling {
+            Sampling::Gray => (0, 0),
+            Sampling::Yuv420 => (width.div_ceil(2), height.div_ceil(2)),
+            Sampling::Yuv422 => (width.div_ceil(2), height),
+            Sampling::Yuv444 => (width, height),
+        }
+    }
+
+    /// Bytes of a picture.
+    pub fn bytes(&self) -> usize {
+        let (width, height) = self.chroma();
+        self.size.pixels() * if self.alpha { 2 } else { 1 } + 2 * width * height
+    }
+}
+
+/// Luma weights of red and blue.
+fn weights(matrix: Matrix) -> (f64, f64) {
+    match matrix {
+        Matrix::Bt601 => (0.299, 0.114),
+        Matrix::Bt709 => (0.2126, 0.0722),
+        Matrix::Bt2020 => (0.2627, 0.0593),
+    }
+}
+
+/// Offset of black, and codes between black and white, of luma; codes of all chroma.
+fn codes(range: Range) -> (i32, f64, f64) {
+    match range {
+        Range::Limited => (16, 219.0, 224.0),
+        Range::Full => (0, 255.0, 255.0),
+    }
+}
+
+fn fixed(value: f64, bits: u32) -> i32 {
+    (value * f64::from(1u32 << bits)).round() as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Rgba;
+
+    const MATRICES: [Matrix; 3] = [Matrix::Bt601, Matrix::Bt709, Matrix::Bt2020];
+    const RANGES: [Range; 2] = [Range::Limited, Range::Full];
+    const SAMPLINGS: [Sampling; 3] = [Sampling::Yuv420, Sampling::Yuv422, Sampling::Yuv444];
+
+    fn layout(width: u32, height: u32, sampling: Sampling) -> Layout {
+        let size = Size::new(width, height);
+        Layout { size, sampling, siting: Siting::Left, alpha: false }
+    }
+
+    #[test]
+    fn flat_colours_come_back_within_two() {
+        for matrix in MATRICES {
+            for range in RANGES {
+                for sampling in SAMPLINGS {
+                    let (coding, layout) = (Coding { matrix, range }, layout(5, 3, sampling));
+                    let (mut planes, mut back) = (vec![], vec![]);
+                    for colour in (0..=255u32).step_by(15).flat_map(|r| {
+                        (0..=255).step_by(17).flat_map(move |g| {
+                            (0..=255).step_by(51).map(move |b| [r as u8, g as u8, b as u8, 255])
+                        })
+                    }) {
+                        from_rgba(layout.size, &[colour; 15], &layout, coding, &mut planes);
+                        to_rgba(&layout, coding, &planes, &mut back);
+                        for pixel in &back {
+                            let far = (0..3).map(|i| pixel[i].abs_diff(colour[i])).max();
+                            assert!(far <= Some(2), "{colour:?} -> {pixel:?} {coding:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// The textbook formula in floating point, codes of one pixel.
+    fn reference(coding: Coding, [r, g, b]: [f64; 3]) -> [f64; 3] {
+        let (kr, kb) = weights(coding.matrix);
+        let y = kr * r + (1.0 - kr - kb) * g + kb * b;
+        let (u, v) = ((b - y) / (2.0 * (1.0 - kb)), (r - y) / (2.0 * (1.0 - kr)));
+        let (black, luma, chroma) = codes(coding.range);
+        let chroma = |c: f64| 128.0 + c * chroma / 255.0;
+        [f64::from(black) + y * luma / 255.0, chroma(u), chroma(v)]
+    }
+
+    #[test]
+    fn codes_are_the_nearest_to_the_formula() {
+        for matrix in MATRICES {
+            for range in RANGES {
+                let (coding, layout) = (Coding { matrix, range }, layout(1, 1, Sampling::Yuv444));
+                let mut planes = vec![];
+                for n in 0..4096u32 {
+                    let [r, g, b] = [n * 97 % 256, n * 61 % 256, n * 13 % 256];
+                    let pixel = [r as u8, g as u8, b as u8, 255];
+                    from_rgba(layout.size, &[pixel], &layout, coding, &mut planes);
+                    let wanted = reference(coding, [r, g, b].map(f64::from));
+                    for (code, wanted) in planes.iter().zip(wanted) {
+                        let off = (f64::from(*code) - wanted.clamp(0.0, 255.0)).abs();
+                        assert!(off < 0.51, "{pixel:?}: {planes:?} not {wanted}, {coding:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn known_codes() {
+        let mut planes = vec![];
+        let mut codes = |matrix, range, pixel| {
+            let layout = layout(1, 1, Sampling::Yuv444);
+            from_rgba(layout.size, &[pixel], &layout, Coding { matrix, range }, &mut planes);
+            planes.clone()
+        };
+        // BT.601 and BT.709 colour bars at 100 %.
+        assert_eq!(codes(Matrix::Bt601, Range::Limited, [255, 0, 0, 255]), [81, 90, 240]);
+        assert_eq!(codes(Matrix::Bt709, Range::Limited, [255, 0, 0, 255]), [63, 102, 240]);
+        assert_eq!(codes(Matrix::Bt709, Range::Limited, [0, 0, 255, 255]), [32, 240, 118]);
+        assert_eq!(codes(Matrix::Bt601, Range::Full, [255; 4]), [255, 128, 128]);
+        assert_eq!(codes(Matrix::Bt601, Range::Limited, [0, 0, 0, 255]), [16, 128, 128]);
+    }
+
+    #[test]
+    fn greys_stay_grey() {
+        for range in RANGES {
+            let coding = Coding { matrix: Matrix::Bt709, range };
+            let grey = layout(256, 1, Sampling::Gray);
+            let pixels: Vec<Rgba> = (0..=255).map(|v| [v, v, v, 255]).collect();
+            let (mut planes, mut back) = (vec![], vec![]);
+            from_rgba(grey.size, &pixels, &grey, coding, &mut planes);
+            to_rgba(&grey, coding, &planes, &mut back);
+            for (pixel, wanted) in back.iter().zip(&pixels) {
+                assert!(pixel[0] == pixel[1] && pixel[1] == pixel[2]);
+                assert!(pixel[0].abs_diff(wanted[0]) <= 1);
+            }
+        }
+    }
+
+    #[test]
+    fn padding_repeats_the_edge() {
+        let coding = Coding { matrix: Matrix::Bt601, range: Range::Full };
+        let pixels: Vec<Rgba> = (0..15).map(|i| [i * 16, 0, 0, 255]).collect();
+        let (mut planes, mut back) = (vec![], vec![]);
+        let padded = layout(6, 4, Sampling::Yuv444);
+        from_rgba(Size::new(5, 3), &pixels, &padded, coding, &mut planes);
+        to_rgba(&padded, coding, &planes, &mut back);
+        for y in 0..4usize {
+            for x in 0..6usize {
+                let wanted = pixels[y.min(2) * 5 + x.min(4)][0];
+                assert!(back[y * 6 + x][0].abs_diff(wanted) <= 2, "{x},{y}");
+            }
+        }
+    }
+
+    #[test]
+    fn alpha_has_its_own_plane() {
+        let with = Layout { alpha: true, ..layout(3, 3, Sampling::Yuv420) };
+        assert_eq!(with.bytes(), 9 + 4 + 4 + 9);
+        let coding = Coding { matrix: Matrix::Bt709, range: Range::Limited };
+        let pixels: Vec<Rgba> = (0..9).map(|i| [90, 80, 70, i * 30]).collect();
+        let (mut planes, mut back) = (vec![], vec![]);
+        from_rgba(with.size, &pixels, &with, coding, &mut planes);
+        to_rgba(&with, coding, &planes, &mut back);
+        assert!(back.iter().zip(&pixels).all(|(a, b)| a[3] == b[3]));
+    }
+
+    #[test]
+    fn untold_matrices_follow_the_size() {
+        let of = |width, height| Coding::of(&Colorimetry::default(), Size::new(width, height));
+        assert_eq!(of(720, 576).matrix, Matrix::Bt601);
+        assert_eq!(of(1280, 534).matrix, Matrix::Bt709);
+        assert_eq!(of(608, 1080).matrix, Matrix::Bt709);
+        let tags = Colorimetry {
+            matrix: Some("bt709".into()),
+            range: Some("pc".into()),
+            ..Colorimetry::default()
+        };
+        let wanted = Coding { matrix: Matrix::Bt709, range: Range::Full };
+        assert_eq!(Coding::of(&tags, Size::new(64, 64)), wanted);
+    }
+}

@@ -1,0 +1,154 @@
+//! From planes to pixels.
+
+use rayon::prelude::*;
+
+use super::{CHROMA_BITS, Coding, FRACTION, Layout, Sampling, Siting, codes, fixed, weights};
+use crate::frame::Rgba;
+
+/// Fixed-point factors from codes to RGB.
+struct FromYuv {
+    black: i32,
+    luma: i32,
+    red_v: i32,
+    green_u: i32,
+    green_v: i32,
+    blue_u: i32,
+}
+
+impl FromYuv {
+    fn new(coding: Coding) -> Self {
+        let (red, blue) = weights(coding.matrix);
+        let green = 1.0 - red - blue;
+        let (black, luma, chroma) = codes(coding.range);
+        let chroma = |factor: f64| fixed(factor * 255.0 / chroma, FRACTION - CHROMA_BITS);
+        Self {
+            black,
+            luma: fixed(255.0 / luma, FRACTION),
+            red_v: chroma(2.0 * (1.0 - red)),
+            green_u: chroma(-2.0 * (1.0 - blue) * blue / green),
+            green_v: chroma(-2.0 * (1.0 - red) * red / green),
+            blue_u: chroma(2.0 * (1.0 - blue)),
+        }
+    }
+
+    /// The colour of luma `y` and chroma `u`, `v` in sixteenths.
+    fn pixel(&self, y: u8, u: u16, v: u16, alpha: u8) -> Rgba {
+        const NEUTRAL: i32 = 128 << CHROMA_BITS;
+        let luma = (i32::from(y) - self.black) * self.luma + (1 << (FRACTION - 1));
+        let (u, v) = (i32::from(u) - NEUTRAL, i32::from(v) - NEUTRAL);
+        let byte = |sum: i32| (sum >> FRACTION).clamp(0, 255) as u8;
+        [
+            byte(luma + self.red_v * v),
+            byte(luma + self.green_u * u + self.green_v * v),
+            byte(luma + self.blue_u * u),
+            alpha,
+        ]
+    }
+}
+
+/// Turns the planes in `data` into pixels, which replace the contents of `out`.
+///
+/// # Panics
+/// When `data` is not [`Layout::bytes`] long.
+pub fn to_rgba(layout: &Layout, coding: Coding, data: &[u8], out: &mut Vec<Rgba>) {
+    assert_eq!(data.len(), layout.bytes(), "the planes fit the layout");
+    let (width, pixels) = (layout.size.width as usize, layout.size.pixels());
+    let (luma, rest) = data.split_at(pixels);
+    let (chroma_width, chroma_height) = layout.chroma();
+    let (u, rest) = rest.split_at(chroma_width * chroma_height);
+    let (v, alpha) = rest.split_at(chroma_width * chroma_height);
+    let factors = FromYuv::new(coding);
+    out.resize(pixels, [0; 4]);
+    out.par_chunks_mut(width).enumerate().for_each_init(
+        || [vec![0u16; width], vec![0u16; width], vec![0u16; chroma_width]],
+        |[us, vs, blend], (row, out)| {
+            if layout.sampling == Sampling::Gray {
+                us.fill(128 << CHROMA_BITS);
+                vs.fill(128 << CHROMA_BITS);
+            } else {
+                upsample(layout, u, row, blend, us);
+                upsample(layout, v, row, blend, vs);
+            }
+            let luma = &luma[row * width..][..width];
+            let chroma = us.iter().zip(vs.iter());
+            if layout.alpha {
+                let alpha = &alpha[row * width..][..width];
+                for (((out, &y), (&u, &v)), &a) in out.iter_mut().zip(luma).zip(chroma).zip(alpha) {
+                    *out = factors.pixel(y, u, v, a);
+                }
+            } else {
+                for ((out, &y), (&u, &v)) in out.iter_mut().zip(luma).zip(chroma) {
+                    *out = factors.pixel(y, u, v, 255);
+                }
+            }
+        },
+    );
+}
+
+/// The chroma of luma row `row`, a sample for each column, in sixteenths.
+fn upsample(layout: &Layout, plane: &[u8], row: usize, blend: &mut [u16], out: &mut [u16]) {
+    let (width, height) = layout.chroma();
+    let line = |y: usize| &plane[y * width..][..width];
+    match layout.sampling {
+        Sampling::Gray => {}
+        Sampling::Yuv444 => {
+            for (out, &c) in out.iter_mut().zip(line(row)) {
+                *out = u16::from(c) << 4;
+            }
+        }
+        Sampling::Yuv422 => {
+            for (out, &c) in blend.iter_mut().zip(line(row)) {
+                *out = u16::from(c) << 2;
+            }
+            widen(layout.siting, blend, out);
+        }
+        Sampling::Yuv420 => {
+            // A row of luma lies a quarter of the way from its own row of chroma to the next one
+            // above (even rows) or below (odd ones).
+            let near = row / 2;
+            let far = if row.is_multiple_of(2) {
+                near.saturating_sub(1)
+            } else {
+                (near + 1).min(height - 1)
+            };
+            for ((out, &n), &f) in blend.iter_mut().zip(line(near)).zip(line(far)) {
+                *out = 3 * u16::from(n) + u16::from(f);
+            }
+            widen(layout.siting, blend, out);
+        }
+    }
+}
+
+/// Two columns for each sample of `row` (in quarters); `out` is in sixteenths.
+fn widen(siting: Siting, row: &[u16], out: &mut [u16]) {
+    let last = row.len() - 1;
+    for (x, pair) in out.chunks_mut(2).enumerate() {
+        let (here, next) = (row[x], row[(x + 1).min(last)]);
+        let (even, odd) = match siting {
+            Siting::Left => (4 * here, 2 * (here + next)),
+            Siting::Centre => (3 * here + row[x.saturating_sub(1)], 3 * here + next),
+        };
+        pair[0] = even;
+        if let Some(second) = pair.get_mut(1) {
+            *second = odd;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chroma_ramps_are_interpolated_where_they_sit() {
+        // Chroma that rises with x, sampled at its siting, must come back at every column.
+        for (siting, offset) in [(Siting::Left, 0), (Siting::Centre, 8)] {
+            let row: Vec<u16> = (0..8).map(|x| (16 * (2 * x + 4) + offset) as u16 / 4).collect();
+            let mut out = [0; 16];
+            widen(siting, &row, &mut out);
+            for (x, &c) in out.iter().enumerate().take(15).skip(1) {
+                assert_eq!(c, 16 * (x as u16 + 4), "{siting:?}, column {x}");
+            }
+        }
+    }
+}

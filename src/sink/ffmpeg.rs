@@ -1,0 +1,404 @@
+//! Video files, encoded by the ffmpeg of the machine.
+//!
+//! Frames go out as planar 4:2:0 in a NUT stream, with their exact times; nothing is left for ffmpeg
+//! to convert or to guess. The file is written beside its place and moved there when it is complete.
+
+use std::ffi::OsString;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::ChildStdin;
+
+use crate::colour::{Coding, Layout, Sampling, Siting, from_rgba};
+use crate::error::{Error, Result};
+use crate::frame::{Colorimetry, Rational, Rgba, StreamInfo, check_size};
+use crate::geom::Size;
+use crate::sink::codec::{Container, Encoder};
+use crate::sink::nut::NutWriter;
+use crate::sink::place::Place;
+use crate::sink::remux::{Beside, Finished, Last, placing, remux};
+use crate::sink::sound::{self, Sound, Streams};
+use crate::sink::{Picture, Sink, SinkOptions};
+use crate::source::child::{self, Child, Pipe, arguments};
+
+/// How to encode.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VideoOptions {
+    /// A codec (`h264`, `h265`, `vp8`, `vp9`, `av1`, `prores`) or ffmpeg's name of an encoder.
+    /// Default `None`: H.264, in WebM VP9.
+    pub codec: Option<String>,
+    /// Constant quality in the encoder's own measure, smaller is better. Default `None`: 18 for
+    /// H.264, the like for others.
+    pub crf: Option<u32>,
+    /// Effort, by x264's names: `ultrafast` to `placebo`. Default `None`: the encoder's own.
+    pub encoder_preset: Option<String>,
+    /// Whether the sound of the source is kept. Default true.
+    pub audio: bool,
+    /// Further options of ffmpeg, in front of the output file. Default none.
+    pub ffmpeg_args: Vec<String>,
+    /// The program to use as ffmpeg. Default `None`: the one on the search path.
+    pub ffmpeg: Option<PathBuf>,
+}
+
+impl Default for VideoOptions {
+    fn default() -> Self {
+        Self {
+            codec: None,
+            crf: None,
+            encoder_preset: None,
+            audio: true,
+            ffmpeg_args: Vec::new(),
+            ffmpeg: None,
+        }
+    }
+}
+
+/// What is to be encoded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VideoSpec {
+    /// Size of all pictures.
+    pub size: Size,
+    /// Nominal rate, if there is one.
+    pub rate: Option<Rational>,
+    /// Expected length in seconds, to know a run that was stopped early.
+    pub duration: Option<Rational>,
+    /// Colour tags of a source that was video, to be kept; untold ones stay untold, and the size
+    /// decides what they mean ([`Coding::of`]). `None` for sources that were RGB: tagged BT.709.
+    pub colour: Option<Colorimetry>,
+    /// Sound to be put in.
+    pub sound: Option<Sound>,
+}
+
+impl VideoSpec {
+    /// Pictures of `size` made from the stream `info`, without sound.
+    pub fn of(info: &StreamInfo, size: Size) -> Self {
+        let (rate, duration, colour) = (info.rate, info.duration, info.colour.clone());
+        Self { size, rate, duration, colour, sound: None }
+    }
+}
+
+/// A video file being written.
+pub struct VideoSink {
+    container: Container,
+    ffmpeg: Option<PathBuf>,
+    background: Rgba,
+    spec: VideoSpec,
+    layout: Layout,
+    coding: Coding,
+    time_base: Rational,
+    streams: Option<Streams>,
+    sound_args: Vec<OsString>,
+    warnings: Vec<String>,
+    /// `None` once it is closed.
+    writer: Option<NutWriter<Pipe<ChildStdin>>>,
+    child: Child,
+    /// After the child: it is ended before its file is removed.
+    place: Place,
+    planes: Vec<u8>,
+    first: Option<Rational>,
+    last_pts: Option<u64>,
+    count: u64,
+    end: Rational,
+}
+
+/// Units of time: 1/90000 s, which holds milliseconds and the usual rates, made finer until a frame
+/// of the nominal rate is a whole number of them.
+fn time_base(rate: Option<Rational>) -> Rational {
+    const USUAL: i64 = 90_000;
+    let fine = rate.filter(|rate| rate.num > 0).and_then(|rate| {
+        let common = Rational::new(rate.num, USUAL);
+        // Least common multiple of numerator and 90000.
+        rate.num.checked_mul(common.den).filter(|den| *den < 1 << 30)
+    });
+    Rational::new(1, fine.unwrap_or(USUAL))
+}
+
+/// The same for encoders that count in at most `limit` units a second: a frame of the nominal rate,
+/// or else a millisecond.
+fn coarse_time_base(rate: Option<Rational>, limit: i64) -> Rational {
+    rate.filter(|rate| rate.num > 0 && rate.num <= limit)
+        .and_then(Rational::recip)
+        .unwrap_or(Rational::new(1, 1000))
+}
+
+impl VideoSink {
+    /// Starts an encoder for the file `path`, whose extension tells the container. Of `with`,
+    /// `sound` is not looked at: that of `spec` counts.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for options that cannot be meant, [`Error::Output`] when ffmpeg is missing or
+    /// there is no place to write to, [`Error::Input`] when the source of the sound cannot be read.
+    pub fn create(path: &Path, spec: VideoSpec, with: &SinkOptions) -> Result<Self> {
+        let SinkOptions { background, video: options, .. } = with;
+        check_size(spec.size)?;
+        let container = Container::of(path).ok_or_else(|| {
+            Error::usage(format!("{}: not .mp4, .mov, .mkv or .webm", path.display()))
+        })?;
+        let encoder = Encoder::of(options.codec.as_deref(), container);
+        let mut warnings = Vec::new();
+        let size = if encoder.takes_odd() { spec.size } else { even(spec.size) };
+        if size != spec.size {
+            warnings.push(format!(
+                "{} cannot hold {}: the last column or row is repeated, to {size}; WebM keeps odd sizes",
+                encoder.name, spec.size
+            ));
+        }
+        let tags = tags(spec.colour.as_ref());
+        let coding = Coding::of(&tags, spec.size);
+        let time_base = match encoder.most_units() {
+            Some(limit) => coarse_time_base(spec.rate, limit),
+            None => time_base(spec.rate),
+        };
+        let ffmpeg = options.ffmpeg.as_deref();
+        let streams = match spec.sound.as_ref().filter(|_| options.audio) {
+            Some(sound) => Streams::of(sound, ffmpeg)?,
+            None => None,
+        };
+        let place = Place::reserve(path, with)?;
+        let (picture_args, sound_args) = sound::part(&options.ffmpeg_args);
+        let mut args = input_arguments(&tags, time_base);
+        args.extend(encoder.tag(container));
+        args.extend(encoder.options(options.crf, options.encoder_preset.as_deref())?);
+        args.extend(tag_arguments(&tags));
+        args.extend(picture_args);
+        args.extend(placing(container, time_base, streams.is_none()));
+        args.push(child::address(place.path()));
+        let fail = |what: String| Error::output(path, what);
+        let mut child = Child::spawn(&child::ffmpeg_program(ffmpeg), &args).map_err(fail)?;
+        let stdin =
+            child.stdin().ok_or_else(|| fail("ffmpeg came without standard input".into()))?;
+        // A failure to write is told at the first frame, with what ffmpeg says of it.
+        let writer = NutWriter::new(stdin, size, *b"I420", time_base, spec.rate).ok();
+        let layout =
+            Layout { size, sampling: Sampling::Yuv420, siting: Siting::Left, alpha: false };
+        Ok(Self {
+            container,
+            ffmpeg: options.ffmpeg.clone(),
+            background: *background,
+            spec,
+            layout,
+            coding,
+            time_base,
+            streams,
+            sound_args,
+            warnings,
+            writer,
+            child,
+            place,
+            planes: Vec::new(),
+            first: None,
+            last_pts: None,
+            count: 0,
+            end: Rational::ZERO,
+        })
+    }
+
+    /// The time of a picture in units of the time base: the nearest, but after the one before.
+    fn pts(&self, start: Rational) -> u64 {
+        let (num, den) = (i128::from(start.num), i128::from(start.den));
+        let nearest = (2 * num * i128::from(self.time_base.den) + den).div_euclid(2 * den);
+        let nearest = u64::try_from(nearest.max(0)).unwrap_or(u64::MAX >> 1);
+        self.last_pts.map_or(nearest, |last| nearest.max(last + 1))
+    }
+
+    /// Why the encoder takes no more frames.
+    fn fallen(&mut self) -> Error {
+        self.writer = None;
+        let words = match self.child.wait() {
+            Ok(_) => self.child.last_words(),
+            Err(error) => error.to_string(),
+        };
+        Error::output(self.place.named(), format!("the encoder failed: {words}"))
+    }
+
+    /// Where the sound ends, if before its own end: with the picture where that was asked to end
+    /// early, or was stopped.
+    fn sound_end(&self, streams: &Streams) -> Option<Rational> {
+        let whole = self.spec.duration.is_some_and(|duration| {
+            // Containers round lengths; a frame or two is no early end.
+            let nominal = self.spec.rate.and_then(Rational::recip).unwrap_or(Rational::ZERO);
+            self.end + Rational::new(1, 10) + nominal >= duration
+        });
+        (streams.source().cut || !whole).then_some(self.end)
+    }
+
+    /// The last frame, if ffmpeg cannot have got its length right.
+    fn last(&self) -> Option<Last> {
+        let start = Rational::new(i64::try_from(self.last_pts?).ok()?, 1) * self.time_base;
+        let length = self.end - start;
+        let off = self.spec.rate.and_then(Rational::recip).is_none_or(|nominal| {
+            let difference = length - nominal;
+            difference.max(-difference) > Rational::new(1, 1000)
+        });
+        let number = self.count.checked_sub(1)?;
+        (off && length > Rational::ZERO).then_some(Last { number, start, length })
+    }
+
+    /// Adds what could not be told before, the sound above all. `None` if there is nothing to add.
+    fn complete(&self) -> Result<Option<Place>> {
+        let last = self.last();
+        if self.streams.is_none() && last.is_none() {
+            return Ok(None);
+        }
+        let completed = self.place.another()?;
+        let picture = Finished {
+            path: self.place.path(),
+            container: self.container,
+            time_base: self.time_base,
+            first: self.first.unwrap_or(Rational::ZERO),
+            last,
+        };
+        let sound = self.streams.as_ref().map(|streams| Beside {
+            streams,
+            end: self.sound_end(streams),
+            options: &self.sound_args,
+        });
+        remux(&picture, sound.as_ref(), completed.path(), self.ffmpeg.as_deref()).map_err(
+            |words| {
+                let what = format!("the file could not be completed: {words}");
+                Error::output(self.place.named(), what)
+            },
+        )?;
+        Ok(Some(completed))
+    }
+}
+
+impl Sink for VideoSink {
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    fn write(&mut self, picture: Picture) -> Result<()> {
+        let (frame, span) = (picture.frame, picture.span);
+        if frame.size() != self.spec.size {
+            let what = format!("a picture of {} among those of {}", frame.size(), self.spec.size);
+            return Err(Error::output(self.place.named(), what));
+        }
+        let pts = self.pts(span.start);
+        let opaque = frame.is_opaque();
+        let mut pixels = frame.into_pixels();
+        if !opaque {
+            lay_over(&mut pixels, self.background);
+        }
+        from_rgba(self.spec.size, &pixels, &self.layout, self.coding, &mut self.planes);
+        let written = match &mut self.writer {
+            Some(writer) => writer.write(pts, &self.planes),
+            None => Err(io::ErrorKind::BrokenPipe.into()),
+        };
+        if written.is_err() {
+            return Err(self.fallen());
+        }
+        self.first.get_or_insert(Rational::new(pts as i64, 1) * self.time_base);
+        self.last_pts = Some(pts);
+        self.count += 1;
+        let length = span.length.or(self.spec.rate.and_then(Rational::recip));
+        self.end = span.start + length.unwrap_or(Rational::ZERO);
+        Ok(())
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<()> {
+        if self.first.is_none() {
+            return Err(Error::output(self.place.named(), "there is not one frame to write"));
+        }
+        self.writer = None;
+        let status =
+            self.child.wait().map_err(|e| Error::output(self.place.named(), e.to_string()))?;
+        if !status.success() || self.child.complained() {
+            return Err(self.fallen());
+        }
+        let completed = self.complete()?;
+        completed.unwrap_or(self.place).commit()
+    }
+}
+
+/// Both sides rounded up to even.
+fn even(size: Size) -> Size {
+    Size::new(size.width.next_multiple_of(2), size.height.next_multiple_of(2))
+}
+
+/// The tags of the output: those of the source, or BT.709 for what was RGB.
+fn tags(source: Option<&Colorimetry>) -> Colorimetry {
+    let bt709 = || Some("bt709".to_string());
+    source.cloned().unwrap_or_else(|| Colorimetry {
+        matrix: bt709(),
+        range: Some("tv".into()),
+        primaries: bt709(),
+        transfer: bt709(),
+    })
+}
+
+/// Options that tag a stream.
+fn tag_arguments(tags: &Colorimetry) -> Vec<OsString> {
+    let named = [
+        ("-colorspace", &tags.matrix),
+        ("-color_range", &tags.range),
+        ("-color_primaries", &tags.primaries),
+        ("-color_trc", &tags.transfer),
+    ];
+    let told = named.iter().filter_map(|(name, tag)| Some((name, tag.as_ref()?)));
+    told.flat_map(|(name, tag)| arguments([name, tag])).collect()
+}
+
+/// The part of the command line that reads our frames and leaves them and their times as they are.
+fn input_arguments(tags: &Colorimetry, time_base: Rational) -> Vec<OsString> {
+    let mut args = arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning", &"-y"]);
+    // The headers tell everything: no frames are gathered to guess from.
+    args.extend(arguments([&"-probesize", &"32", &"-analyzeduration", &"0"]));
+    args.extend(arguments([&"-fpsprobesize", &"0", &"-f", &"nut"]));
+    // Tagged on the way in as well, so that ffmpeg sees nothing to convert.
+    args.extend(tag_arguments(tags));
+    args.extend(arguments([&"-i", &"pipe:0", &"-map", &"0:v:0", &"-pix_fmt", &"yuv420p"]));
+    let units = format!("{}:{}", time_base.num, time_base.den);
+    args.extend(arguments([&"-vsync", &"passthrough", &"-enc_time_base", &units]));
+    args
+}
+
+/// Lays `pixels` over `background` and makes them opaque.
+fn lay_over(pixels: &mut [Rgba], background: Rgba) {
+    for pixel in pixels {
+        let alpha = u32::from(pixel[3]);
+        for (channel, under) in pixel.iter_mut().zip(background).take(3) {
+            let sum = u32::from(*channel) * alpha + u32::from(under) * (255 - alpha);
+            *channel = ((sum + 127) / 255) as u8;
+        }
+        pixel[3] = 255;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::colour::{Matrix, Range};
+
+    #[test]
+    fn a_frame_is_a_whole_number_of_units() {
+        for (num, den) in [(24, 1), (25, 1), (30000, 1001), (24000, 1001), (60000, 1001), (8, 1)] {
+            let rate = Rational::new(num, den);
+            let length = rate.recip().expect("not nought");
+            let base = time_base(Some(rate));
+            let units = length * base.recip().expect("not nought");
+            assert_eq!(units.den, 1, "{rate} in {base}");
+            assert_eq!(base.num, 1);
+        }
+        assert_eq!(time_base(Some(Rational::new(1_000_000_007, 3))).den, 90_000);
+        let ntsc = Rational::new(30000, 1001);
+        assert_eq!(coarse_time_base(Some(ntsc), 65535), Rational::new(1001, 30000));
+        assert_eq!(coarse_time_base(None, 65535), Rational::new(1, 1000));
+    }
+
+    #[test]
+    fn transparency_shows_the_background() {
+        let mut pixels = [[200, 100, 0, 255], [9, 9, 9, 0], [255, 255, 255, 128]];
+        lay_over(&mut pixels, [10, 20, 30, 255]);
+        assert_eq!(pixels[0], [200, 100, 0, 255]);
+        assert_eq!(pixels[1], [10, 20, 30, 255]);
+        assert_eq!(pixels[2], [133, 138, 143, 255]);
+    }
+
+    #[test]
+    fn rgb_is_tagged_and_untold_stays_untold() {
+        assert_eq!(tag_arguments(&tags(None)).len(), 8);
+        assert!(tag_arguments(&tags(Some(&Colorimetry::default()))).is_empty());
+        let coding = Coding::of(&tags(None), Size::new(10, 10));
+        assert_eq!(coding, Coding { matrix: Matrix::Bt709, range: Range::Limited });
+    }
+}

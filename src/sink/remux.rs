@@ -1,0 +1,142 @@
+//! The last step of a video file: a second, quick run of ffmpeg that copies the finished picture.
+//!
+//! It puts the sound beside it and sets what could not be known before. Doing it afterwards means that
+//! the length of the picture is known, however the run came to its end, and that a slow picture never
+//! waits for sound or sound for it.
+
+use std::ffi::OsString;
+use std::path::Path;
+
+use crate::frame::Rational;
+use crate::sink::codec::Container;
+use crate::sink::sound::Streams;
+use crate::source::child::{self, Child, arguments};
+
+/// The finished picture.
+pub(crate) struct Finished<'a> {
+    /// Where it is.
+    pub(crate) path: &'a Path,
+    /// Its container, and that of the result.
+    pub(crate) container: Container,
+    /// The units of its times.
+    pub(crate) time_base: Rational,
+    /// When its first frame is shown, in seconds.
+    pub(crate) first: Rational,
+    /// The last frame, if its length must be set.
+    pub(crate) last: Option<Last>,
+}
+
+/// The last frame of a picture: raw video in NUT has no lengths, and ffmpeg takes the nominal one.
+pub(crate) struct Last {
+    /// Its number, from 0.
+    pub(crate) number: u64,
+    /// When it is shown, in seconds.
+    pub(crate) start: Rational,
+    /// How long.
+    pub(crate) length: Rational,
+}
+
+/// Sound to be put in.
+pub(crate) struct Beside<'a> {
+    pub(crate) streams: &'a Streams,
+    /// Where it ends, if before its own end.
+    pub(crate) end: Option<Rational>,
+    /// The user's own options for it.
+    pub(crate) options: &'a [OsString],
+}
+
+/// Writes `picture`, and `sound` if there is any, to `to`.
+///
+/// # Errors
+/// What ffmpeg said when it failed.
+pub(crate) fn remux(
+    picture: &Finished<'_>,
+    sound: Option<&Beside<'_>>,
+    to: &Path,
+    ffmpeg: Option<&Path>,
+) -> Result<(), String> {
+    let container = picture.container;
+    let mut args = arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning", &"-y"]);
+    // ffmpeg moves every input to 0; this moves the picture back.
+    args.extend(arguments([&"-itsoffset", &seconds(picture.first), &"-i"]));
+    args.push(child::address(picture.path));
+    if let Some(sound) = sound {
+        args.extend(sound.streams.input(sound.end));
+    }
+    args.extend(arguments([&"-map", &"0:v:0", &"-c:v", &"copy"]));
+    args.extend(arguments([&"-map_metadata", &"-1", &"-map_chapters", &"-1"]));
+    if let Some(last) = &picture.last {
+        args.extend(arguments([&"-bsf:v", &lengthen(last, picture)]));
+    }
+    if let Some(sound) = sound {
+        args.extend(sound.streams.output(container));
+        args.extend(sound.options.iter().cloned());
+    }
+    if !container.is_quicktime() {
+        // An encoder's run-in before 0 must not push the picture to a later time: Matroska keeps it
+        // as the codec's delay.
+        args.extend(arguments([&"-avoid_negative_ts", &"disabled"]));
+    }
+    args.extend(placing(container, picture.time_base, true));
+    args.push(child::address(to));
+    let mut ffmpeg = Child::spawn(&child::ffmpeg_program(ffmpeg), &args)?;
+    if sound.is_some_and(|sound| child::is_url(&sound.streams.source().path)) {
+        ffmpeg.be_patient();
+    }
+    let status = ffmpeg.wait().map_err(|error| error.to_string())?;
+    if status.success() && !ffmpeg.complained() {
+        return Ok(());
+    }
+    // Complaints may come from damaged sound, which is no reason to lose the picture; a full disk is.
+    let words = ffmpeg.last_words();
+    if status.success() && !words.contains("No space left") { Ok(()) } else { Err(words) }
+}
+
+/// The filter of packets that gives the last frame its length. QuickTime's tables count from the last
+/// packet in decoding order, which with frames out of order is another one than the last shown, and
+/// its edit list from the latter: both are set such that the end is right.
+fn lengthen(last: &Last, picture: &Finished<'_>) -> String {
+    let end = (last.start + last.length - picture.first).to_f64();
+    // Half a millisecond before the start, to be safe from rounding.
+    let (start, length) = (last.start.to_f64() - 5e-4, last.length.to_f64());
+    let shown = format!("if(gte(PTS*TB\\,{start:.6})\\,{length:.6}/TB\\,DURATION)");
+    let duration = if picture.container.is_quicktime() {
+        format!("if(eq(N\\,{})\\,{end:.6}/TB-(DTS-STARTDTS)\\,{shown})", last.number)
+    } else {
+        shown
+    };
+    format!("setts=pts=PTS:dts=DTS:duration={duration}")
+}
+
+/// Options of the container, the last before the file: units of time, tables in front in the `last`
+/// run.
+pub(crate) fn placing(container: Container, time_base: Rational, last: bool) -> Vec<OsString> {
+    let mut args = Vec::new();
+    if container.is_quicktime() {
+        args.extend(arguments([&"-video_track_timescale", &time_base.den.to_string()]));
+        if last {
+            args.extend(arguments([&"-movflags", &"+faststart"]));
+        }
+    }
+    args.extend(arguments([&"-f", &container.muxer()]));
+    args
+}
+
+/// ffmpeg's own way to write a time: whole microseconds.
+pub(crate) fn seconds(time: Rational) -> String {
+    let (num, den) = (i128::from(time.num), i128::from(time.den));
+    format!("{}us", (2_000_000 * num + den).div_euclid(2 * den))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_are_whole_microseconds() {
+        assert_eq!(seconds(Rational::new(1001, 30000)), "33367us");
+        assert_eq!(seconds(Rational::ZERO), "0us");
+        assert_eq!(seconds(Rational::new(1, 3)), "333333us");
+        assert_eq!(seconds(Rational::new(-7, 1000)), "-7000us");
+    }
+}

@@ -1,0 +1,233 @@
+//! YUV4MPEG2 for pipes; what reads it is described at the source, `source/y4m.rs`.
+//!
+//! Written are 4:2:0 with chroma sited as in MPEG-2 (mono and richer samplings on request), the
+//! range of the source if it was video, else limited, and the matrix that the size stands for.
+//! A stream has one rate for all frames, the nominal one: frames of varying length lose theirs.
+
+use std::fs::File;
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use crate::colour::{Coding, Layout, Range, Sampling, Siting, from_rgba};
+use crate::error::{Error, Result};
+use crate::frame::{Colorimetry, Rational, StreamInfo, check_size};
+use crate::geom::Size;
+use crate::sink::place::Place;
+use crate::sink::{Picture, Sink, SinkOptions};
+
+/// A y4m stream being written. Transparent pixels lose their alpha.
+pub struct Y4mSink<W> {
+    output: W,
+    path: PathBuf,
+    layout: Layout,
+    coding: Coding,
+    /// The header, until it is written with the first frame.
+    header: Option<String>,
+    planes: Vec<u8>,
+}
+
+impl Y4mSink<io::Stdout> {
+    /// A stream on standard output, made from `info`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when that is a terminal.
+    pub(crate) fn standard(info: &StreamInfo) -> Result<Box<dyn Sink>> {
+        let output = io::stdout();
+        if output.is_terminal() {
+            return Err(Error::usage(
+                "standard output is a terminal; pipe it into what reads y4m: polyreel ... -o - | ffplay -",
+            ));
+        }
+        Ok(Box::new(Self::new(output, Path::new("-"), info, info.size, Sampling::Yuv420)?))
+    }
+}
+
+/// A y4m stream in a file.
+pub(crate) struct Y4mFile {
+    stream: Box<Y4mSink<BufWriter<File>>>,
+    place: Place,
+}
+
+impl Y4mFile {
+    /// A file at `path`, made from the stream `info`.
+    ///
+    /// # Errors
+    /// As [`Place::reserve`].
+    pub(crate) fn create(path: &Path, info: &StreamInfo, options: &SinkOptions) -> Result<Self> {
+        let place = Place::reserve(path, options)?;
+        let file = place.file().try_clone().map_err(|error| place.failed(&error))?;
+        let stream = Y4mSink::new(BufWriter::new(file), path, info, info.size, Sampling::Yuv420)?;
+        Ok(Self { stream: Box::new(stream), place })
+    }
+}
+
+impl Sink for Y4mFile {
+    fn write(&mut self, picture: Picture) -> Result<()> {
+        self.stream.write(picture)
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        self.stream.finish()?;
+        self.place.commit()
+    }
+}
+
+impl<W: Write + Send> Y4mSink<W> {
+    /// A stream of pictures of `size` made from the stream `info`. `path` is its name in messages
+    /// (`-` for standard output).
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when there can be no frame of that size.
+    pub fn new(
+        output: W,
+        path: &Path,
+        info: &StreamInfo,
+        size: Size,
+        sampling: Sampling,
+    ) -> Result<Self> {
+        check_size(size)?;
+        let tags = info.colour.as_ref().map(|c| c.range.clone()).unwrap_or_default();
+        let coding = Coding::of(&Colorimetry { range: tags, ..Colorimetry::default() }, size);
+        let layout = Layout { size, sampling, siting: Siting::Left, alpha: false };
+        let rate = info.rate.unwrap_or(Rational::new(25, 1));
+        let space = match sampling {
+            Sampling::Gray => "mono",
+            Sampling::Yuv420 => "420mpeg2",
+            Sampling::Yuv422 => "422",
+            Sampling::Yuv444 => "444",
+        };
+        let range = if coding.range == Range::Full { "FULL" } else { "LIMITED" };
+        let header = format!(
+            "YUV4MPEG2 W{} H{} F{}:{} Ip A1:1 C{space} XCOLORRANGE={range}\n",
+            size.width, size.height, rate.num, rate.den
+        );
+        let header = Some(header);
+        Ok(Self { output, path: path.into(), layout, coding, header, planes: Vec::new() })
+    }
+
+    /// A reader that has gone is the end, not a failure.
+    fn told(&self, result: io::Result<()>) -> Result<()> {
+        result.map_err(|error| match error.kind() {
+            io::ErrorKind::BrokenPipe => Error::Closed,
+            _ => Error::output(&self.path, error.to_string()),
+        })
+    }
+
+    fn put(&mut self) -> io::Result<()> {
+        if let Some(header) = self.header.take() {
+            self.output.write_all(header.as_bytes())?;
+        }
+        self.output.write_all(b"FRAME\n")?;
+        self.output.write_all(&self.planes)?;
+        // A reader may wait for this frame.
+        self.output.flush()
+    }
+}
+
+impl<W: Write + Send> Sink for Y4mSink<W> {
+    fn write(&mut self, picture: Picture) -> Result<()> {
+        let frame = &picture.frame;
+        if frame.size() != self.layout.size {
+            let what = format!("a picture of {} among those of {}", frame.size(), self.layout.size);
+            return Err(Error::output(&self.path, what));
+        }
+        from_rgba(frame.size(), frame.pixels(), &self.layout, self.coding, &mut self.planes);
+        let result = self.put();
+        self.told(result)
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<()> {
+        let result = match self.header.take() {
+            Some(header) => self.output.write_all(header.as_bytes()),
+            None => Ok(()),
+        };
+        let result = result.and_then(|()| self.output.flush());
+        self.told(result)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{Frame, Loops, Span};
+    use crate::source::Source;
+    use crate::source::y4m::Y4mSource;
+
+    fn info(range: Option<&str>) -> StreamInfo {
+        let colour = Colorimetry { range: range.map(String::from), ..Colorimetry::default() };
+        StreamInfo {
+            format: String::new(),
+            size: Size::new(5, 3),
+            frames: None,
+            rate: Some(Rational::new(24000, 1001)),
+            duration: None,
+            alpha: false,
+            still: false,
+            loops: Loops::Once,
+            audio: None,
+            live: false,
+            colour: Some(colour),
+        }
+    }
+
+    fn picture(frame: Frame) -> Picture {
+        Picture { frame, fills: vec![], span: Span { start: Rational::ZERO, length: None } }
+    }
+
+    #[test]
+    fn flat_colours_come_back() {
+        let size = Size::new(5, 3);
+        for sampling in [Sampling::Yuv420, Sampling::Yuv422, Sampling::Yuv444] {
+            for range in [None, Some("pc")] {
+                let mut bytes = Vec::new();
+                let sink = Y4mSink::new(&mut bytes, Path::new("-"), &info(range), size, sampling);
+                let mut sink = Box::new(sink.expect("a size"));
+                for colour in [[250, 10, 90, 255], [3, 200, 100, 255]] {
+                    sink.write(picture(Frame::filled(size, colour).expect("a size")))
+                        .expect("memory");
+                }
+                sink.finish().expect("memory");
+                let mut source = Y4mSource::new(&bytes[..], Path::new("-")).expect("our header");
+                assert_eq!(source.info().rate, Some(Rational::new(24000, 1001)));
+                for colour in [[250, 10, 90, 255], [3u8, 200, 100, 255]] {
+                    let back = source.next().expect("whole").expect("a frame").frame;
+                    for pixel in back.pixels() {
+                        let off = (0..3).map(|i| pixel[i].abs_diff(colour[i])).max();
+                        assert!(off <= Some(2), "{pixel:?} {colour:?} {sampling:?} {range:?}");
+                    }
+                }
+                assert!(source.next().expect("the end").is_none());
+            }
+        }
+    }
+
+    /// A reader that goes away at once.
+    struct Gone;
+
+    impl Write for Gone {
+        fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+            Err(io::ErrorKind::BrokenPipe.into())
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_closed_pipe_is_told_as_closed() {
+        let size = Size::new(2, 2);
+        let mut sink = Y4mSink::new(Gone, Path::new("-"), &info(None), size, Sampling::Yuv420)
+            .expect("a size");
+        let frame = Frame::filled(size, [0; 4]).expect("a size");
+        assert!(matches!(sink.write(picture(frame)), Err(Error::Closed)));
+    }
+
+    #[test]
+    fn a_stream_without_frames_has_its_header() {
+        let mut bytes = Vec::new();
+        let size = Size::new(2, 2);
+        let sink = Y4mSink::new(&mut bytes, Path::new("-"), &info(None), size, Sampling::Gray);
+        Box::new(sink.expect("a size")).finish().expect("memory");
+        assert!(bytes.starts_with(b"YUV4MPEG2 W2 H2 F24000:1001 Ip A1:1 Cmono"));
+    }
+}

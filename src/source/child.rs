@@ -1,0 +1,410 @@
+//! ffmpeg and ffprobe as child processes that cannot hang us, outlive us or go unreaped.
+//!
+//! `ffmpeg-sidecar` builds the command; process and pipes are ours. Standard error is drained on a
+//! thread of its own from the start, else a talkative child fills that pipe and stops for ever. A
+//! second thread watches the moments in which we wait for the child, and ends one that hangs.
+
+use std::collections::VecDeque;
+use std::ffi::{OsStr, OsString};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use ffmpeg_sidecar::command::FfmpegCommand;
+
+use crate::source::watch::{LONG_PATIENCE, TICK, Watch, kill, lock, running};
+
+/// Lines of standard error that are kept, and their length in bytes.
+const TAIL: usize = 20;
+const LINE: usize = 400;
+
+/// What a child has said on standard error.
+#[derive(Default)]
+struct Words {
+    tail: VecDeque<String>,
+    /// Of these, lines that ffmpeg itself calls errors.
+    errors: VecDeque<String>,
+    over: bool,
+}
+
+/// A running child.
+pub(crate) struct Child {
+    inner: std::process::Child,
+    watch: Arc<Watch>,
+    words: Arc<(Mutex<Words>, Condvar)>,
+    status: Option<ExitStatus>,
+}
+
+/// A pipe to or from a child, watched.
+pub(crate) struct Pipe<P> {
+    pipe: P,
+    watch: Arc<Watch>,
+}
+
+/// The program to run as ffmpeg.
+pub(crate) fn ffmpeg_program(ffmpeg: Option<&Path>) -> PathBuf {
+    ffmpeg.unwrap_or(Path::new("ffmpeg")).to_path_buf()
+}
+
+/// ffprobe: beside the given ffmpeg if there is one, else the one on the search path.
+pub(crate) fn ffprobe_program(ffmpeg: Option<&Path>) -> PathBuf {
+    let beside = ffmpeg.and_then(|ffmpeg| {
+        let name = ffmpeg.file_name()?.to_str()?;
+        let name = if name.contains("ffmpeg") {
+            name.replace("ffmpeg", "ffprobe")
+        } else {
+            "ffprobe".into()
+        };
+        Some(ffmpeg.with_file_name(name))
+    });
+    beside.filter(|path| path.is_file()).unwrap_or_else(|| PathBuf::from("ffprobe"))
+}
+
+/// A local file or a URL as ffmpeg is to be given it: files with their protocol, so that neither a
+/// leading dash nor a colon in a name means anything.
+pub(crate) fn address(path: &Path) -> OsString {
+    if is_url(path) || path.starts_with("/dev") {
+        return path.into();
+    }
+    let mut name = OsString::from("file:");
+    name.push(path);
+    name
+}
+
+/// Whether `path` is the address of a stream rather than of a file.
+pub(crate) fn is_url(path: &Path) -> bool {
+    path.to_str().is_some_and(|text| {
+        text.split_once("://").is_some_and(|(scheme, _)| {
+            !scheme.is_empty() && scheme.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'+')
+        })
+    })
+}
+
+impl Child {
+    /// Starts `program`, all three pipes ours, in a process group of its own: a Ctrl-C in the
+    /// terminal is for us to act on, and must not end an encoder before it can finish its file.
+    ///
+    /// # Errors
+    /// When it cannot be started; a missing program is told with how to get it.
+    pub(crate) fn spawn(program: &Path, args: &[OsString]) -> Result<Self, String> {
+        let mut command = FfmpegCommand::new_with_path(program);
+        // The crate puts `-loglevel level+info` in front: ours comes later and counts.
+        command.args(args.iter().map(OsString::as_os_str));
+        // Spawned as a plain command: the crate's own `spawn` adds `-n`, which ffprobe does not know
+        // and which would refuse an output that we have made room for.
+        let mut command: Command = command.into();
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let mut running = running();
+        let inner = spawn_patiently(&mut command).map_err(|error| no_start(program, &error))?;
+        running.insert(inner.id(), false);
+        drop(running);
+        Self::watched(inner).map_err(|error| no_start(program, &error))
+    }
+
+    fn watched(mut inner: std::process::Child) -> io::Result<Self> {
+        let watch = Arc::new(Watch::over(inner.id()));
+        let words = Arc::new((Mutex::new(Words::default()), Condvar::new()));
+        let stderr = inner.stderr.take();
+        // From here on the child is killed and reaped if anything fails.
+        let child = Self { inner, watch, words, status: None };
+        if let Some(stderr) = stderr {
+            let words = Arc::clone(&child.words);
+            thread::Builder::new()
+                .name("ffmpeg-stderr".into())
+                .spawn(move || drain(stderr, &words))?;
+        }
+        let watch = Arc::clone(&child.watch);
+        thread::Builder::new().name("ffmpeg-watch".into()).spawn(move || watch.run())?;
+        Ok(child)
+    }
+
+    /// Gives it a minute to go on: it waits for a network or a camera.
+    pub(crate) fn be_patient(&self) {
+        self.watch.patience.store(LONG_PATIENCE, Ordering::Relaxed);
+    }
+
+    /// Makes it one of those that [`hang_up`](crate::source::hang_up) ends.
+    pub(crate) fn may_hang_up(&self) {
+        running().entry(self.watch.pid).and_modify(|endless| *endless = true);
+    }
+
+    /// The child's standard input. There is one only once.
+    pub(crate) fn stdin(&mut self) -> Option<Pipe<ChildStdin>> {
+        let pipe = self.inner.stdin.take()?;
+        Some(Pipe { pipe, watch: Arc::clone(&self.watch) })
+    }
+
+    /// The child's standard output. There is one only once.
+    pub(crate) fn stdout(&mut self) -> Option<Pipe<ChildStdout>> {
+        let pipe = self.inner.stdout.take()?;
+        Some(Pipe { pipe, watch: Arc::clone(&self.watch) })
+    }
+
+    /// Waits for the end of the child, which is killed if it hangs. Pipes must have been taken and
+    /// dropped before, or emptied.
+    ///
+    /// # Errors
+    /// When the system cannot tell.
+    pub(crate) fn wait(&mut self) -> io::Result<ExitStatus> {
+        drop(self.inner.stdin.take());
+        self.watch.waiting.store(true, Ordering::Relaxed);
+        let mut pause = Duration::from_millis(1);
+        while self.status.is_none() {
+            self.reap()?;
+            if self.status.is_none() {
+                thread::sleep(pause);
+                pause = (pause * 2).min(Duration::from_millis(20));
+            }
+        }
+        self.watch.waiting.store(false, Ordering::Relaxed);
+        self.status.ok_or_else(|| io::Error::other("a child without a status"))
+    }
+
+    fn reap(&mut self) -> io::Result<()> {
+        let mut running = running();
+        let mut reaped = lock(&self.watch.reaped);
+        if self.status.is_none() {
+            self.status = self.inner.try_wait()?;
+        }
+        if self.status.is_some() {
+            running.remove(&self.watch.pid);
+            *reaped = true;
+            self.watch.ended.notify_all();
+        }
+        Ok(())
+    }
+
+    /// Why the child failed: its own last words, or how it ended. Called after [`Child::wait`].
+    pub(crate) fn last_words(&self) -> String {
+        let said = self.said();
+        let mut text = if self.watch.hung.load(Ordering::Relaxed) {
+            let patience = TICK * self.watch.patience.load(Ordering::Relaxed);
+            format!("it stopped working and was ended after {} s", patience.as_secs())
+        } else {
+            match self.status {
+                Some(status) if !status.success() => status.to_string(),
+                _ => String::new(),
+            }
+        };
+        if !said.is_empty() {
+            text = if text.is_empty() { said } else { format!("{said} ({text})") };
+        }
+        if text.is_empty() { "it said nothing".into() } else { text }
+    }
+
+    /// The last lines of standard error, those that are errors if there are any.
+    fn said(&self) -> String {
+        let words = self.words();
+        let lines = if words.errors.is_empty() { &words.tail } else { &words.errors };
+        let first = lines.len().saturating_sub(3);
+        lines.range(first..).map(|line| line.trim()).collect::<Vec<_>>().join("; ")
+    }
+
+    /// Whether the child complained of an error.
+    pub(crate) fn complained(&self) -> bool {
+        !self.words().errors.is_empty()
+    }
+
+    /// What was said, once all of it has arrived. A grandchild may hold the pipe open: after a second
+    /// what there is must do.
+    fn words(&self) -> MutexGuard<'_, Words> {
+        let (words, over) = &*self.words;
+        let wait = Duration::from_secs(1);
+        over.wait_timeout_while(lock(words), wait, |words| !words.over)
+            .unwrap_or_else(PoisonError::into_inner)
+            .0
+    }
+}
+
+impl Drop for Child {
+    fn drop(&mut self) {
+        if self.reap().is_ok() && self.status.is_none() {
+            kill(self.watch.pid);
+            // Falls through to the child itself where there are no process groups.
+            let _ = self.inner.kill();
+            let mut running = running();
+            let mut reaped = lock(&self.watch.reaped);
+            let _ = self.inner.wait();
+            running.remove(&self.watch.pid);
+            *reaped = true;
+            self.watch.ended.notify_all();
+        }
+    }
+}
+
+/// Starts the command; a program that is being written this moment (a wrapper script, say) is tried
+/// again.
+fn spawn_patiently(command: &mut Command) -> io::Result<std::process::Child> {
+    for _ in 0..20 {
+        match command.spawn() {
+            Err(error) if error.kind() == io::ErrorKind::ExecutableFileBusy => {
+                thread::sleep(Duration::from_millis(10));
+            }
+            other => return other,
+        }
+    }
+    command.spawn()
+}
+
+fn no_start(program: &Path, error: &io::Error) -> String {
+    let name = program.display();
+    if error.kind() == io::ErrorKind::NotFound {
+        return format!(
+            "'{name}' was not found, and video needs it: install it (apt-get install ffmpeg, brew \
+             install ffmpeg) or name it with --ffmpeg PATH"
+        );
+    }
+    format!("'{name}' cannot be run: {error}; name another with --ffmpeg PATH")
+}
+
+/// Reads `stderr` to its end and keeps the last lines.
+fn drain(mut stderr: ChildStderr, words: &(Mutex<Words>, Condvar)) {
+    let mut buffer = [0; 8192];
+    let mut line = Vec::with_capacity(LINE);
+    loop {
+        let count = match stderr.read(&mut buffer) {
+            Ok(0) => break,
+            Ok(count) => count,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(_) => break,
+        };
+        for &byte in &buffer[..count] {
+            if byte == b'\n' || byte == b'\r' {
+                keep(&mut lock(&words.0), &line);
+                line.clear();
+            } else if line.len() < LINE {
+                line.push(byte);
+            }
+        }
+    }
+    let mut said = lock(&words.0);
+    keep(&mut said, &line);
+    said.over = true;
+    words.1.notify_all();
+}
+
+/// What makes a line a complaint: ffmpeg's level, or a damage that it only warns of.
+const SERIOUS: [&str; 4] = ["[error]", "[fatal]", "[panic]", "corrupt decoded frame"];
+
+/// Remarks that sound files and our own options cause.
+const HARMLESS: [&str; 4] = [
+    "mmco: unref short failure",
+    "co located POCs unavailable",
+    "deprecated pixel format",
+    // Its successor is unknown to ffmpeg before 5.1.
+    "-vsync is deprecated",
+];
+
+fn keep(words: &mut Words, line: &[u8]) {
+    let line = String::from_utf8_lossy(line);
+    let line = line.trim();
+    if line.is_empty() {
+        return;
+    }
+    let serious = SERIOUS.iter().any(|mark| line.contains(mark));
+    let text = plain(line);
+    if HARMLESS.iter().any(|remark| text.contains(remark)) {
+        return;
+    }
+    if serious {
+        push(&mut words.errors, text.clone());
+    }
+    push(&mut words.tail, text);
+}
+
+fn push(lines: &mut VecDeque<String>, line: String) {
+    if lines.len() == TAIL {
+        lines.pop_front();
+    }
+    lines.push_back(line);
+}
+
+/// `line` without its level and the address of the context: `[mov @ 0x55] [error] x` is `mov: x`.
+fn plain(line: &str) -> String {
+    let mut rest = line;
+    let mut context = "";
+    while let Some((inside, after)) = rest.strip_prefix('[').and_then(|r| r.split_once(']')) {
+        if let Some((name, _)) = inside.split_once(" @ ") {
+            context = name;
+        } else if !inside.bytes().all(|b| b.is_ascii_lowercase()) {
+            break;
+        }
+        rest = after.trim_start();
+    }
+    if context.is_empty() { rest.into() } else { format!("{context}: {rest}") }
+}
+
+impl<P> Pipe<P> {
+    fn watched(&mut self, act: impl FnOnce(&mut P) -> io::Result<usize>) -> io::Result<usize> {
+        self.watch.waiting.store(true, Ordering::Relaxed);
+        let result = act(&mut self.pipe);
+        self.watch.waiting.store(false, Ordering::Relaxed);
+        if let Ok(count) = result {
+            self.watch.moved.fetch_add(count as u64, Ordering::Relaxed);
+        }
+        result
+    }
+}
+
+impl<P: Read> Read for Pipe<P> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.watched(|pipe| pipe.read(buffer))
+    }
+}
+
+impl<P: Write> Write for Pipe<P> {
+    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
+        self.watched(|pipe| pipe.write(buffer))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.pipe.flush()
+    }
+}
+
+/// A command line in parts of any kind of text.
+pub(crate) fn arguments<const N: usize>(parts: [&dyn AsRef<OsStr>; N]) -> Vec<OsString> {
+    parts.iter().map(|part| OsStr::to_os_string((*part).as_ref())).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_lose_level_and_address() {
+        assert_eq!(plain("[mov,mp4 @ 0x55d0] [error] partial file"), "mov,mp4: partial file");
+        assert_eq!(plain("[error] x.mp4: No such file"), "x.mp4: No such file");
+        assert_eq!(plain("[out#0/mp4 @ 0x1] [vost#0:0 @ 0x2] [fatal] no"), "vost#0:0: no");
+        assert_eq!(plain("frame 10: I give up"), "frame 10: I give up");
+        assert_eq!(plain("[unclosed"), "[unclosed");
+    }
+
+    #[test]
+    fn only_the_tail_is_kept() {
+        let mut words = Words::default();
+        for i in 0..1000 {
+            keep(&mut words, format!("[x @ 0x1] [error] {i}").as_bytes());
+        }
+        assert_eq!((words.tail.len(), words.errors.len()), (TAIL, TAIL));
+        assert_eq!(words.errors.back().map(String::as_str), Some("x: 999"));
+    }
+
+    #[test]
+    fn files_are_told_from_addresses() {
+        assert_eq!(address(Path::new("-a:b.mp4")), "file:-a:b.mp4");
+        assert_eq!(address(Path::new("rtsp://host/x")), "rtsp://host/x");
+        assert!(!is_url(Path::new("a/b://c")) && !is_url(Path::new("C:\\x")));
+    }
+
+    #[test]
+    fn a_missing_program_is_told_with_its_cure() {
+        let text = Child::spawn(Path::new("/nowhere/ffmpeg"), &[]).err().expect("it is missing");
+        assert!(text.contains("apt-get install ffmpeg") && text.contains("--ffmpeg"), "{text}");
+    }
+}

@@ -1,0 +1,292 @@
+//! Video of any kind, decoded by the ffmpeg of the machine.
+//!
+//! Frames come as raw pictures in a NUT stream, which carries their times exactly. Times are those of
+//! the container's clock, so that picture and sound keep their distance; a clock that does not start
+//! near 0 (MPEG-TS) is set to 0 at the first stream. Rotation and pixel
+//! aspect are applied by ffmpeg, colour by [`crate::colour`].
+
+use std::ffi::OsString;
+use std::io::{self, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::ChildStdout;
+use std::sync::Arc;
+
+use crate::colour::{Coding, Range, to_rgba};
+use crate::error::{Error, Result};
+use crate::frame::{Frame, Rational, Span, StreamInfo};
+use crate::source::child::{self, Child, Pipe};
+use crate::source::nut::NutReader;
+use crate::source::probe::{self, Pixels, Probed, Track, probe};
+use crate::source::{Decoded, Input, Sound, Source, SourceOptions};
+
+/// Whether `path` is for ffmpeg to open: a URL, or a camera.
+pub(crate) fn is_address(path: &Path) -> bool {
+    child::is_url(path) || probe::is_camera(path)
+}
+
+/// Opens the video `path` as [`Video::open`] does.
+///
+/// # Errors
+/// As [`Video::open`].
+pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
+    let video = Video::open(&path, options.ffmpeg.as_deref())?;
+    let info = video.info().clone();
+    // What is live cannot be read a second time.
+    let sound = (info.audio.is_some() && !info.live).then(|| Sound {
+        path: path.clone(),
+        start: options.start.unwrap_or(Rational::ZERO),
+        cut: options.end.is_some() || options.frames.is_some(),
+    });
+    let files: Arc<[PathBuf]> = if is_address(&path) { Arc::from([]) } else { Arc::from([path]) };
+    let input = Input::new(files, info, move || Ok(Box::new(video.start()?)));
+    Ok(input.with_sound(sound))
+}
+
+/// A video that has been looked at but not started.
+#[derive(Clone, Debug)]
+pub struct Video {
+    path: PathBuf,
+    ffmpeg: Option<PathBuf>,
+    probed: Probed,
+}
+
+impl Video {
+    /// Looks at `path`: a file, a URL that ffmpeg reads, or a camera (`/dev/video0`). `ffmpeg` is
+    /// the program to use instead of the one on the search path.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when ffmpeg is missing or cannot read it, or there is no video in it.
+    pub fn open(path: &Path, ffmpeg: Option<&Path>) -> Result<Self> {
+        let probed = probe(path, ffmpeg)?;
+        Ok(Self { path: path.into(), ffmpeg: ffmpeg.map(PathBuf::from), probed })
+    }
+
+    /// What is known before frames are read.
+    pub fn info(&self) -> &StreamInfo {
+        &self.probed.info
+    }
+
+    /// Starts ffmpeg.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when it cannot be started.
+    pub fn start(&self) -> Result<VideoSource> {
+        let Probed { info, track } = &self.probed;
+        let program = child::ffmpeg_program(self.ffmpeg.as_deref());
+        let mut child = Child::spawn(&program, &arguments(&self.path, info, track))
+            .map_err(|what| Error::input(&self.path, what))?;
+        if is_address(&self.path) {
+            child.be_patient();
+            child.may_hang_up();
+        }
+        let stdout = child
+            .stdout()
+            .ok_or_else(|| Error::input(&self.path, "ffmpeg came without standard output"))?;
+        Ok(VideoSource {
+            path: self.path.clone(),
+            info: info.clone(),
+            track: track.clone(),
+            stdout: Some(BufReader::with_capacity(1 << 16, stdout)),
+            reader: None,
+            child,
+            ahead: None,
+            spare: Vec::new(),
+            outcome: None,
+            from: Rational::ZERO,
+            delivered: 0,
+            received: 0,
+            last_start: None,
+            longest: Rational::ZERO,
+            length: info.rate.and_then(Rational::recip),
+        })
+    }
+}
+
+/// The command line that decodes `track` of `path`.
+fn arguments(path: &Path, info: &StreamInfo, track: &Track) -> Vec<OsString> {
+    let mut args = child::arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning"]);
+    // A packet that was cut short would only give a spoilt frame.
+    args.extend(child::arguments([&"-fflags", &"+discardcorrupt", &"-copyts"]));
+    if let Some(decoder) = track.decoder {
+        args.extend(child::arguments([&"-c:v", &decoder]));
+    }
+    args.extend(probe::input_format(path));
+    args.extend([OsString::from("-i"), child::address(path)]);
+    args.extend(child::arguments([&"-map", &format!("0:{}", track.index), &"-an", &"-sn", &"-dn"]));
+    let size = info.size;
+    // Without a word on ranges, ffmpeg makes limited range of what has more than 8 bits.
+    let range = match track.pixels {
+        Pixels::Planar(_, Coding { range: Range::Full, .. }) => ":in_range=full:out_range=full",
+        _ => "",
+    };
+    // Does nothing to frames that have this size and format already.
+    let filter = format!(
+        "scale={}:{}:flags=bicubic+accurate_rnd+full_chroma_int:sws_dither=none{range},\
+         setsar=1,format={}",
+        size.width, size.height, track.format
+    );
+    args.extend(child::arguments([&"-vf", &filter]));
+    // Times as they are, in the container's own units.
+    let time_base = format!("{}:{}", track.time_base.num, track.time_base.den);
+    args.extend(child::arguments([&"-vsync", &"passthrough", &"-enc_time_base", &time_base]));
+    args.extend(child::arguments([&"-c:v", &"rawvideo", &"-f", &"nut", &"pipe:1"]));
+    args
+}
+
+/// A frame as it came through the pipe.
+struct Raw {
+    start: Rational,
+    data: Vec<u8>,
+}
+
+/// A video being decoded. Dropping it ends ffmpeg.
+pub struct VideoSource {
+    path: PathBuf,
+    info: StreamInfo,
+    track: Track,
+    /// The pipe until its headers are read.
+    stdout: Option<BufReader<Pipe<ChildStdout>>>,
+    reader: Option<NutReader<BufReader<Pipe<ChildStdout>>>>,
+    child: Child,
+    /// The frame after the one last delivered: its time tells how long that one is shown.
+    ahead: Option<Raw>,
+    spare: Vec<u8>,
+    /// How it ended, once it has: what is wrong, if anything.
+    outcome: Option<Result<(), String>>,
+    /// Frames before this moment are not wanted.
+    from: Rational,
+    delivered: u64,
+    received: u64,
+    last_start: Option<Rational>,
+    /// The longest time between two frames.
+    longest: Rational,
+    /// Length of the frame before, at first of one at the nominal rate.
+    length: Option<Rational>,
+}
+
+impl VideoSource {
+    /// Reads a frame off the pipe; at its end learns how ffmpeg fared.
+    fn read(&mut self) -> Option<Raw> {
+        if self.outcome.is_some() {
+            return None;
+        }
+        let mut data = std::mem::take(&mut self.spare);
+        let broken = match self.read_into(&mut data) {
+            Ok(Some(start)) => {
+                if let Some(before) = self.last_start.replace(start) {
+                    self.longest = self.longest.max(start - before);
+                }
+                self.received += 1;
+                return Some(Raw { start, data });
+            }
+            Ok(None) => None,
+            Err(error) => Some(error),
+        };
+        // Only now that nothing is left in the pipe.
+        (self.reader, self.stdout) = (None, None);
+        self.outcome = Some(self.judge(broken));
+        None
+    }
+
+    /// The first frame that is wanted; those before it are not converted.
+    fn wanted(&mut self) -> Option<Raw> {
+        loop {
+            let raw = self.read()?;
+            if raw.start >= self.from {
+                return Some(raw);
+            }
+            self.spare = raw.data;
+            self.delivered += 1;
+        }
+    }
+
+    fn read_into(&mut self, data: &mut Vec<u8>) -> io::Result<Option<Rational>> {
+        if let Some(pipe) = self.stdout.take() {
+            let bytes = match self.track.pixels {
+                Pixels::Planar(layout, _) => layout.bytes(),
+                Pixels::Rgba => self.info.size.pixels() * 4,
+            };
+            self.reader = Some(NutReader::new(pipe, bytes)?);
+        }
+        let Some(reader) = &mut self.reader else { return Ok(None) };
+        if reader.size() != self.info.size {
+            return Err(io::Error::other(format!("frames of {} arrived", reader.size())));
+        }
+        let pts = reader.next(data)?;
+        Ok(pts.map(|pts| {
+            let time = Rational::new(pts, 1) * reader.time_base();
+            time - *self.track.zero.get_or_insert(time)
+        }))
+    }
+
+    /// Whether the end of the pipe was the end of the video. ffmpeg exits with 0 after most
+    /// truncated and damaged inputs, but it complains.
+    fn judge(&mut self, broken: Option<io::Error>) -> Result<(), String> {
+        let status = self.child.wait().map_err(|error| format!("ffmpeg: {error}"))?;
+        if !status.success() || self.child.complained() {
+            return Err(format!("the video is broken or cut short: {}", self.child.last_words()));
+        }
+        match broken {
+            // A stream without so much as a header: there was no frame at all.
+            Some(error) if self.received > 0 => {
+                Err(format!("ffmpeg's output cannot be read: {error}"))
+            }
+            Some(_) => Err("not one frame could be decoded".into()),
+            None => self.check_promise(),
+        }
+    }
+
+    /// Whether the frames reach the end that the container promises. ffmpeg takes some containers for
+    /// complete wherever they end. A last frame that is held is no miss: only more than ten seconds,
+    /// and more than twice any gap before, are missed, and only if frames are missing.
+    fn check_promise(&self) -> Result<(), String> {
+        let (Some(end), Some(last)) = (self.track.end, self.last_start) else { return Ok(()) };
+        let all = self.info.frames.is_some_and(|frames| self.received >= frames);
+        let slack = self.longest.max(Rational::new(5, 1)) * Rational::new(2, 1);
+        if all || end - last <= slack {
+            return Ok(());
+        }
+        let (last, end) = (last.to_f64(), end.to_f64());
+        Err(format!("the video is cut short: its last frame is at {last:.3} s of {end:.3} s"))
+    }
+
+    /// How long the frame that starts at `start` is shown, and the last frame if there is no next.
+    fn length(&self, start: Rational) -> Option<Rational> {
+        if let Some(next) = &self.ahead {
+            return Some(next.start - start);
+        }
+        match self.track.end {
+            Some(end) if end > start && matches!(self.outcome, Some(Ok(()))) => Some(end - start),
+            _ => self.length,
+        }
+    }
+}
+
+impl Source for VideoSource {
+    fn skip_to(&mut self, start: Rational) {
+        self.from = start;
+    }
+
+    fn next(&mut self) -> Result<Option<Decoded>> {
+        let Some(raw) = self.ahead.take().or_else(|| self.wanted()) else {
+            return match self.outcome.take() {
+                Some(Err(what)) => Err(Error::input_frame(&self.path, self.delivered, what)),
+                _ => Ok(None),
+            };
+        };
+        // What is live must not wait for the frame after.
+        if !self.info.live {
+            self.ahead = self.read();
+        }
+        self.length = self.length(raw.start);
+        let span = Span { start: raw.start, length: self.length };
+        let mut pixels = Vec::new();
+        match self.track.pixels {
+            Pixels::Planar(layout, coding) => to_rgba(&layout, coding, &raw.data, &mut pixels),
+            Pixels::Rgba => pixels.extend_from_slice(raw.data.as_chunks::<4>().0),
+        }
+        self.spare = raw.data;
+        self.delivered += 1;
+        Ok(Some(Decoded { frame: Frame::new(self.info.size, pixels)?, span }))
+    }
+}

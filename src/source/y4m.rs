@@ -1,0 +1,325 @@
+//! YUV4MPEG2, the raw video of pipes: a line of text, then planes, each frame with a line of its own.
+//!
+//! 8 bits: 4:2:0 (sited as JPEG, MPEG-2 or PAL DV), 4:2:2, 4:4:4, 4:4:4 with alpha, and mono. The
+//! range is that of `XCOLORRANGE=FULL` or `LIMITED`, limited if untold; there is no field for the
+//! matrix, so that the size decides ([`Coding::of`]). Frames are at a constant rate. Reference:
+//! yuv4mpeg(5) of mjpegtools and ffmpeg's reader and writer.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, IsTerminal, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use image::imageops::{self, FilterType};
+
+use crate::colour::{Coding, Layout, Sampling, Siting, to_rgba};
+use crate::error::{Error, Result};
+use crate::frame::{Colorimetry, Frame, Loops, Rational, Span, StreamInfo, check_size};
+use crate::geom::Size;
+use crate::source::{Decoded, Input, Source, detect};
+
+/// What a stream begins with.
+pub const MAGIC: &[u8] = b"YUV4MPEG2";
+/// Longest line of text that is read.
+const MAX_LINE: u64 = 4096;
+/// Rate where none is told, as ffmpeg has it.
+const USUAL_RATE: Rational = Rational { num: 25, den: 1 };
+
+/// A y4m stream being read.
+pub struct Y4mSource<R> {
+    input: BufReader<R>,
+    path: PathBuf,
+    info: StreamInfo,
+    header: Header,
+    planes: Vec<u8>,
+    count: u64,
+    /// Frames before this moment are not wanted.
+    from: Rational,
+}
+
+/// The first line.
+#[derive(Clone, Debug, PartialEq)]
+struct Header {
+    layout: Layout,
+    rate: Rational,
+    /// Width of a pixel by its height.
+    aspect: Rational,
+    /// `XCOLORRANGE`, in ffmpeg's words.
+    range: Option<String>,
+    /// Length of the line.
+    bytes: u64,
+}
+
+/// Opens y4m on standard input. Its header is read now.
+///
+/// # Errors
+/// As [`Y4mSource::new`], and when standard input is a terminal.
+pub(crate) fn open_standard() -> Result<Input> {
+    let input = io::stdin();
+    if input.is_terminal() {
+        return Err(Error::input(
+            "-",
+            "standard input is a terminal; pipe y4m into it: ffmpeg -i clip.mp4 -f yuv4mpegpipe - | \
+             polyreel ...",
+        ));
+    }
+    Ok(as_input(Y4mSource::new(input, Path::new("-"))?, Arc::from([])))
+}
+
+/// Opens y4m in a file or a named pipe.
+///
+/// # Errors
+/// As [`Y4mSource::new`], and when it cannot be opened.
+pub(crate) fn open(path: PathBuf) -> Result<Input> {
+    let file = detect::open(&path)?;
+    let mut source = Y4mSource::new(file, &path)?;
+    source.count_frames();
+    Ok(as_input(source, Arc::from([path])))
+}
+
+fn as_input<R: Read + Send + 'static>(source: Y4mSource<R>, paths: Arc<[PathBuf]>) -> Input {
+    Input::new(paths, source.info.clone(), move || Ok(Box::new(source)))
+}
+
+impl Y4mSource<File> {
+    /// Tells the number of frames from the length of the file.
+    fn count_frames(&mut self) {
+        let frame = self.header.layout.bytes() as u64 + "FRAME\n".len() as u64;
+        let Ok(file) = self.input.get_ref().metadata() else { return };
+        let bytes = file.len().saturating_sub(self.header.bytes);
+        // Frames may have parameters of their own, and the file may be cut short.
+        if file.is_file() && bytes.is_multiple_of(frame) {
+            let frames = bytes / frame;
+            self.info.frames = Some(frames);
+            let frames = i64::try_from(frames).ok().map(|n| Rational::new(n, 1));
+            self.info.duration = frames.and_then(|n| Some(n * self.header.rate.recip()?));
+        }
+    }
+}
+
+impl<R: Read> Y4mSource<R> {
+    /// Reads the header of `input`, which is called `path` in messages (`-` for standard input).
+    ///
+    /// # Errors
+    /// [`Error::Input`] when it is no y4m or of a kind that we do not read.
+    pub fn new(input: R, path: &Path) -> Result<Self> {
+        let mut input = BufReader::with_capacity(1 << 16, input);
+        let fail = |what: String| Error::input(path, what);
+        let line = read_line(&mut input)
+            .map_err(|error| fail(format!("the y4m header cannot be read: {error}")))?;
+        let header = parse(&line).map_err(&fail)?;
+        let size = square(header.layout.size, header.aspect);
+        check_size(header.layout.size).map_err(|error| fail(error.to_string()))?;
+        check_size(size).map_err(|error| fail(error.to_string()))?;
+        let colour = Colorimetry { range: header.range.clone(), ..Colorimetry::default() };
+        let info = StreamInfo {
+            format: "y4m".into(),
+            size,
+            frames: None,
+            rate: Some(header.rate),
+            duration: None,
+            alpha: header.layout.alpha,
+            still: false,
+            loops: Loops::Once,
+            audio: None,
+            live: false,
+            colour: Some(colour),
+        };
+        Ok(Self {
+            input,
+            path: path.into(),
+            info,
+            header,
+            planes: Vec::new(),
+            count: 0,
+            from: Rational::ZERO,
+        })
+    }
+
+    /// What the header tells.
+    pub fn info(&self) -> &StreamInfo {
+        &self.info
+    }
+
+    /// Reads the planes of the next frame; false at the end.
+    fn read_planes(&mut self) -> Result<bool> {
+        let fail = |what: String| Error::input_frame(&self.path, self.count, what);
+        let cut = |error: io::Error| fail(format!("the stream is cut short: {error}"));
+        if self.input.fill_buf().map_err(cut)?.is_empty() {
+            return Ok(false);
+        }
+        let line = read_line(&mut self.input).map_err(cut)?;
+        if line != "FRAME" && !line.starts_with("FRAME ") {
+            return Err(fail("a frame of a y4m stream begins with FRAME; this does not".into()));
+        }
+        self.planes.resize(self.header.layout.bytes(), 0);
+        self.input.read_exact(&mut self.planes).map_err(cut)?;
+        Ok(true)
+    }
+}
+
+impl<R: Read> Source for Y4mSource<R> {
+    fn skip_to(&mut self, start: Rational) {
+        self.from = start;
+    }
+
+    fn next(&mut self) -> Result<Option<Decoded>> {
+        let length = self.header.rate.recip();
+        let start = loop {
+            if !self.read_planes()? {
+                return Ok(None);
+            }
+            let number = Rational::new(i64::try_from(self.count).unwrap_or(i64::MAX), 1);
+            let start = number * length.unwrap_or(Rational::ZERO);
+            if start >= self.from {
+                break start;
+            }
+            self.count += 1;
+        };
+        let (layout, mut pixels) = (&self.header.layout, Vec::new());
+        let coding =
+            Coding::of(self.info.colour.as_ref().unwrap_or(&Colorimetry::default()), layout.size);
+        to_rgba(layout, coding, &self.planes, &mut pixels);
+        let mut frame = Frame::new(layout.size, pixels)?;
+        if self.info.size != layout.size {
+            let Size { width, height } = self.info.size;
+            let image =
+                imageops::resize(&frame.into_image(), width, height, FilterType::CatmullRom);
+            frame = Frame::from_image(image)?;
+        }
+        let span = Span { start, length };
+        self.count += 1;
+        Ok(Some(Decoded { frame, span }))
+    }
+}
+
+/// A line without its end.
+fn read_line(input: &mut impl BufRead) -> io::Result<String> {
+    let mut line = Vec::new();
+    input.take(MAX_LINE).read_until(b'\n', &mut line)?;
+    if line.pop() != Some(b'\n') {
+        let what = if line.len() as u64 + 1 >= MAX_LINE {
+            "a line has no end"
+        } else {
+            "it ends in a line"
+        };
+        return Err(io::Error::new(io::ErrorKind::UnexpectedEof, what));
+    }
+    String::from_utf8(line).map_err(|_| io::Error::other("a line is not text"))
+}
+
+/// The size with square pixels: rows stay, columns are stretched.
+fn square(size: Size, aspect: Rational) -> Size {
+    let width = (f64::from(size.width) * aspect.to_f64()).round().clamp(1.0, f64::from(u32::MAX));
+    Size::new(width as u32, size.height)
+}
+
+fn parse(line: &str) -> Result<Header, String> {
+    let mut fields = line.split(' ');
+    if fields.next().map(str::as_bytes) != Some(MAGIC) {
+        return Err("this is no y4m stream: it does not begin with YUV4MPEG2".into());
+    }
+    let (mut width, mut height, mut space) = (0, 0, "420jpeg");
+    let (mut rate, mut aspect, mut range) = (USUAL_RATE, Rational::new(1, 1), None);
+    for field in fields.filter(|field| !field.is_empty()) {
+        let Some((tag, value)) = field.split_at_checked(1) else { continue };
+        let wrong = || format!("the y4m header has an impossible '{field}'");
+        match tag {
+            "W" => width = value.parse().map_err(|_| wrong())?,
+            "H" => height = value.parse().map_err(|_| wrong())?,
+            "F" => rate = fraction(value).ok_or_else(wrong)?.unwrap_or(USUAL_RATE),
+            "A" => aspect = fraction(value).ok_or_else(wrong)?.unwrap_or(aspect),
+            "C" => space = value,
+            "X" => match value.strip_prefix("COLORRANGE=") {
+                Some("FULL") => range = Some("pc".to_string()),
+                Some("LIMITED") => range = Some("tv".to_string()),
+                _ => {}
+            },
+            // Interlacing: lines are taken as they come. Others are comments.
+            _ => {}
+        }
+    }
+    let (sampling, siting, alpha) = match space {
+        "420" | "420jpeg" => (Sampling::Yuv420, Siting::Centre, false),
+        "420mpeg2" | "420paldv" => (Sampling::Yuv420, Siting::Left, false),
+        "422" => (Sampling::Yuv422, Siting::Left, false),
+        "444" => (Sampling::Yuv444, Siting::Left, false),
+        "444alpha" => (Sampling::Yuv444, Siting::Left, true),
+        "mono" => (Sampling::Gray, Siting::Left, false),
+        other => {
+            return Err(format!(
+                "y4m in '{other}' is not read, only 8 bits of 420, 422, 444, 444alpha or mono; \
+                 with ffmpeg: -pix_fmt yuv420p"
+            ));
+        }
+    };
+    let layout = Layout { size: Size::new(width, height), sampling, siting, alpha };
+    let bytes = line.len() as u64 + 1;
+    Ok(Header { layout, rate, aspect, range, bytes })
+}
+
+/// `30000:1001`; inner `None` for `0:0`, which means untold. Bounded, so that times stay exact.
+fn fraction(text: &str) -> Option<Option<Rational>> {
+    let (num, den) = text.split_once(':')?;
+    let (num, den): (u32, u32) = (num.parse().ok()?, den.parse().ok()?);
+    if num == 0 || den == 0 {
+        return Some(None);
+    }
+    Some(Some(Rational::new(num.into(), den.into())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn open(bytes: &[u8]) -> Result<Y4mSource<&[u8]>> {
+        Y4mSource::new(bytes, Path::new("-"))
+    }
+
+    #[test]
+    fn headers_tell_size_rate_and_range() {
+        let source = open(b"YUV4MPEG2 W6 H4 F30000:1001 Ip A4:3 C420mpeg2 XCOLORRANGE=FULL\n")
+            .expect("fine");
+        let info = source.info();
+        assert_eq!((info.size, info.rate), (Size::new(8, 4), Some(Rational::new(30000, 1001))));
+        assert_eq!(info.colour.as_ref().and_then(|c| c.range.as_deref()), Some("pc"));
+        let bare = open(b"YUV4MPEG2 W6 H4 F0:0 A0:0\n").expect("fine");
+        assert_eq!((bare.info().size, bare.info().rate), (Size::new(6, 4), Some(USUAL_RATE)));
+    }
+
+    #[test]
+    fn wrong_headers_say_what_is_wrong() {
+        for (header, part) in [
+            ("RIFF\n", "YUV4MPEG2"),
+            ("YUV4MPEG2 W4 H4 C420p10\n", "420p10"),
+            ("YUV4MPEG2 W4 Hx\n", "Hx"),
+            ("YUV4MPEG2 W4\n", "no pixels"),
+            ("YUV4MPEG2 W99999 H4\n", "larger"),
+            ("YUV4MPEG2 W16384 H4 A1000:1\n", "larger"),
+            ("YUV4MPEG2 W4 H4", "header"),
+        ] {
+            let error = open(header.as_bytes()).err().expect(header).to_string();
+            assert!(error.contains(part), "{header}: {error}");
+        }
+    }
+
+    #[test]
+    fn frames_come_in_time_and_a_short_one_is_an_error() {
+        let mut bytes = b"YUV4MPEG2 W2 H2 F24:1 Cmono XCOLORRANGE=FULL\n".to_vec();
+        bytes.extend(b"FRAME\n\x00\x40\x80\xFFFRAME Ixyz\n\x01\x02\x03\x04FRAME\n\x00");
+        let mut source = open(&bytes).expect("a header");
+        let first = source.next().expect("whole").expect("there is one");
+        assert_eq!(first.frame.at(1, 1), [255; 4]);
+        let second = source.next().expect("whole").expect("there is one");
+        assert_eq!(second.span.start, Rational::new(1, 24));
+        let error = source.next().expect_err("cut short").to_string();
+        assert!(error.contains("frame 2") && error.contains("cut short"), "{error}");
+    }
+
+    #[test]
+    fn something_else_between_frames_is_an_error() {
+        let mut source = open(b"YUV4MPEG2 W1 H1 Cmono\nFRAME\nxHello\n").expect("a header");
+        assert!(source.next().expect("whole").is_some());
+        assert!(source.next().expect_err("no frame").to_string().contains("FRAME"));
+    }
+}
