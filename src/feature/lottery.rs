@@ -27,7 +27,8 @@ impl<'a> Lottery<'a> {
     /// Weights in proportion to `score` to the power of `power`; scores are finite, and those of at
     /// most 0 never win.
     pub fn new(score: &'a Plane<f32>, power: i32, seed: u64) -> Self {
-        let most = score.values().par_iter().with_min_len(1 << 14).copied().reduce(|| 0.0, f32::max);
+        let most =
+            score.values().par_iter().with_min_len(1 << 14).copied().reduce(|| 0.0, f32::max);
         Self { score, most, power, seed }
     }
 
@@ -82,7 +83,8 @@ impl<'a> Lottery<'a> {
             .map(|i| (f64::from((i as f32 / last).powi(self.power)), f64::from(bins[i])))
             .filter(|&(weight, count)| weight > 0.0 && count > 0.0)
             .collect();
-        let expected = |limit: f64| weights.iter().map(|(w, n)| n * (limit * w).min(1.0)).sum::<f64>();
+        let expected =
+            |limit: f64| weights.iter().map(|(w, n)| n * (limit * w).min(1.0)).sum::<f64>();
         let wanted = share * self.score.values().len() as f64;
         let (mut low, mut high) = (0.0, 1.0);
         // 1e30 stands for all that have any weight.

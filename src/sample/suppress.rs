@@ -101,7 +101,8 @@ impl Field {
         let mut best = (f32::NEG_INFINITY, u32::MAX, u32::MAX);
         for y in row * TILE..((row + 1) * TILE).min(height) {
             let first = column * TILE;
-            let line = &self.score.row(y)[first as usize..((column + 1) * TILE).min(width) as usize];
+            let line =
+                &self.score.row(y)[first as usize..((column + 1) * TILE).min(width) as usize];
             for (&value, x) in line.iter().zip(first..) {
                 if value > best.0 {
                     best = (value, x, y);

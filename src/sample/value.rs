@@ -39,12 +39,7 @@ pub struct Sharing {
 
 /// The grid for `target` seeds: of cells of `hex_density` where it is given, else with four seeds a
 /// cell in the mean; and its cells are at least so large that all can have `min_points`.
-pub fn value_grid(
-    size: Size,
-    target: usize,
-    min_points: u32,
-    hex_density: Option<f64>,
-) -> HexGrid {
+pub fn value_grid(size: Size, target: usize, min_points: u32, hex_density: Option<f64>) -> HexGrid {
     let mean = size.pixels() as f64 / target.max(1) as f64;
     let mut area = match hex_density {
         Some(density) => size.pixels() as f64 * density,
@@ -139,7 +134,9 @@ fn measure(features: &Features, grid: &HexGrid) -> Vec<Cell> {
             // A float cast to an integer saturates, and takes NaN to 0. A row's steps fit 32 bits.
             u64::from(values.iter().map(|v| (v * scale) as u32).sum::<u32>())
         }
-        None => columns.filter(|&x| features.candidates.contains(x, y)).count() as u64 * STEPS as u64,
+        None => {
+            columns.filter(|&x| features.candidates.contains(x, y)).count() as u64 * STEPS as u64
+        }
     };
     let band = |band: usize| {
         let rows = (band * BAND) as u32..((band + 1) * BAND).min(height as usize) as u32;
@@ -208,9 +205,7 @@ fn quotas(
     let low_share = match (low.is_empty(), medium.is_empty()) {
         (true, _) => 0,
         (false, true) => remaining - high_share,
-        (false, false) => {
-            remaining - remaining * HIGH_SHARE / 100 - remaining * MEDIUM_SHARE / 100
-        }
+        (false, false) => remaining - remaining * HIGH_SHARE / 100 - remaining * MEDIUM_SHARE / 100,
     };
     let medium_share = remaining - high_share - low_share;
     for (class, share) in [(high, high_share), (medium, medium_share), (low, low_share)] {
