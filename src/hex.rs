@@ -1,5 +1,7 @@
 //! The hexagonal grid of level two.
 
+use std::ops::Range;
+
 use crate::geom::Size;
 
 /// The narrowest cell in pixels: a finer grid would have cells without a pixel.
@@ -82,6 +84,29 @@ impl HexGrid {
         if lower.0 < upper.0 { lower.1 } else { upper.1 }
     }
 
+    /// Calls `visit(cell, columns)` for each run of pixels of row `y` in one cell, from left to right.
+    pub fn row_runs(&self, y: u32, mut visit: impl FnMut(usize, Range<u32>)) {
+        // Cells are convex: where both ends of a stretch lie in one cell, all of it does. A quarter of
+        // a cell at a time finds most borders with few looks.
+        let stride = ((self.width / 4.0) as u32).max(1);
+        let mut start = 0;
+        while start < self.size.width {
+            let cell = self.cell_of_pixel(start, y);
+            let mut same = start;
+            let mut other = start + stride;
+            while other < self.size.width && self.cell_of_pixel(other, y) == cell {
+                (same, other) = (other, other + stride);
+            }
+            other = other.min(self.size.width);
+            while other - same > 1 {
+                let middle = same.midpoint(other);
+                if self.cell_of_pixel(middle, y) == cell { same = middle } else { other = middle }
+            }
+            visit(cell, start..other);
+            start = other;
+        }
+    }
+
     /// The cell of pixel `(x, y)`'s centre.
     pub fn cell_of_pixel(&self, x: u32, y: u32) -> usize {
         self.cell_at(f64::from(x) + 0.5, f64::from(y) + 0.5)
@@ -112,6 +137,26 @@ mod tests {
                     let found = distance(grid.cell_of_pixel(x, y));
                     assert!(found <= best + 1e-9, "{size} {width} ({x}, {y}): {found} > {best}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn runs_are_the_pixels_of_their_cells() {
+        for (size, width) in
+            [(Size::new(90, 50), 7.3), (Size::new(61, 20), 1.0), (Size::new(40, 9), 100.0)]
+        {
+            let grid = HexGrid::new(size, width);
+            for y in 0..size.height {
+                let mut next = 0;
+                grid.row_runs(y, |cell, columns| {
+                    assert_eq!(columns.start, next);
+                    next = columns.end;
+                    for x in columns {
+                        assert_eq!(grid.cell_of_pixel(x, y), cell, "({x}, {y}) of {size}");
+                    }
+                });
+                assert_eq!(next, size.width);
             }
         }
     }

@@ -6,23 +6,135 @@ use crate::error::{Error, Result};
 use crate::frame::Rgba;
 use crate::geom::Size;
 
-/// Level one and two of the chain, by the names of the paper.
+/// Level one and two of the chain, by the names of the paper (its section 3; the last three are the
+/// methods that it compares itself with in section 4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// K-means colour regions, thinned by density on the hexagonal grid (paper, HRLP).
+    /// K-means colour regions, thinned by density on the hexagonal grid (HRLP; Algorithm 1).
     #[default]
     Hrlp,
+    /// Anisotropic diffusion, then local entropy; cells share by their mean entropy (HELP;
+    /// Algorithm 3).
+    Help,
+    /// Spectral-residual saliency; cells share by their mean saliency (HSLP; Algorithm 3).
+    Hslp,
+    /// The colour regions of HRLP, thinned at random, without a grid (baseline RLP).
+    Rlp,
+    /// The entropy of HELP, its maximum taken again and again, each time suppressed by a Gaussian
+    /// (baseline ENTROPY).
+    Entropy,
+    /// Canny's edges and salient points, a quarter of the seeds for each band of saliency (baseline
+    /// Pic2PolyArt). The original looks for faces as well; this one does not: see
+    /// [`crate::sample::bands`].
+    Pic2polyart,
 }
 
 impl Method {
     /// All methods, in the order in which they are listed.
-    pub const ALL: [Method; 1] = [Method::Hrlp];
+    pub const ALL: [Method; 6] = [
+        Method::Hrlp,
+        Method::Help,
+        Method::Hslp,
+        Method::Rlp,
+        Method::Entropy,
+        Method::Pic2polyart,
+    ];
 
     /// The name on the command line and in presets.
     pub const fn name(self) -> &'static str {
         match self {
             Method::Hrlp => "hrlp",
+            Method::Help => "help",
+            Method::Hslp => "hslp",
+            Method::Rlp => "rlp",
+            Method::Entropy => "entropy",
+            Method::Pic2polyart => "pic2polyart",
+        }
+    }
+
+    /// The front end that the method brings along. That of [`Method::Pic2polyart`] adds salient
+    /// points to it.
+    pub const fn own_features(self) -> FrontEnd {
+        match self {
+            Method::Hrlp | Method::Rlp => FrontEnd::Regions,
+            Method::Help | Method::Entropy => FrontEnd::Entropy,
+            Method::Hslp => FrontEnd::Saliency,
+            Method::Pic2polyart => FrontEnd::Canny,
+        }
+    }
+}
+
+/// Ways to find feature points: those of the paper's methods, and those of the related work that it
+/// names in section 2. Any of them can stand before any method's level two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FrontEnd {
+    /// Sobel's gradient ([`crate::feature::edges::sobel`]).
+    Sobel,
+    /// The Laplacian ([`crate::feature::edges::laplacian`]).
+    Laplacian,
+    /// Canny's edges ([`crate::feature::canny`]).
+    Canny,
+    /// Corners of SLIC superpixels ([`crate::feature::slic`]).
+    Slic,
+    /// Boundaries of k-means colour regions ([`crate::feature::region`]).
+    Regions,
+    /// Entropy after anisotropic diffusion ([`crate::feature::entropy`]).
+    Entropy,
+    /// Spectral-residual saliency ([`crate::feature::saliency`]).
+    Saliency,
+}
+
+impl FrontEnd {
+    /// All front ends, in the order in which they are listed.
+    pub const ALL: [FrontEnd; 7] = [
+        FrontEnd::Sobel,
+        FrontEnd::Laplacian,
+        FrontEnd::Canny,
+        FrontEnd::Slic,
+        FrontEnd::Regions,
+        FrontEnd::Entropy,
+        FrontEnd::Saliency,
+    ];
+
+    /// The name on the command line and in presets.
+    pub const fn name(self) -> &'static str {
+        match self {
+            FrontEnd::Sobel => "sobel",
+            FrontEnd::Laplacian => "laplacian",
+            FrontEnd::Canny => "canny",
+            FrontEnd::Slic => "slic",
+            FrontEnd::Regions => "regions",
+            FrontEnd::Entropy => "entropy",
+            FrontEnd::Saliency => "saliency",
+        }
+    }
+}
+
+/// How much work goes into refinement, where [`Options::refine`] does not say it in steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quality {
+    /// None.
+    Draft,
+    /// Most of the gain for a third of the time.
+    #[default]
+    Normal,
+    /// Until nothing is left to gain.
+    Best,
+}
+
+impl Quality {
+    /// All, in rising order.
+    pub const ALL: [Quality; 3] = [Quality::Draft, Quality::Normal, Quality::Best];
+
+    /// The name on the command line and in presets.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Quality::Draft => "draft",
+            Quality::Normal => "normal",
+            Quality::Best => "best",
         }
     }
 }
@@ -200,6 +312,37 @@ impl Default for Thresholds {
     }
 }
 
+/// Which cells count as high and medium (paper, Algorithm 3): percentiles of the cells' mean value,
+/// 0..100. Cells above `high` are high, those below `medium` low, the rest medium.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CellPercentiles {
+    /// Percentile above which a cell is high.
+    pub high: f64,
+    /// Percentile below which a cell is low.
+    pub medium: f64,
+}
+
+impl Default for CellPercentiles {
+    fn default() -> Self {
+        // Paper, section 3 (HSLP).
+        Self { high: 75.0, medium: 25.0 }
+    }
+}
+
+impl std::str::FromStr for CellPercentiles {
+    type Err = Error;
+    fn from_str(text: &str) -> Result<Self> {
+        let parts: std::result::Result<Vec<f64>, _> =
+            text.split(',').map(|part| part.trim().parse()).collect();
+        match parts.as_deref() {
+            Ok(&[high, medium]) => Ok(Self { high, medium }),
+            _ => Err(Error::usage(format!(
+                "'{text}' are not two percentiles: write high,medium, for instance 75,25"
+            ))),
+        }
+    }
+}
+
 /// How to render: everything that decides the bytes of the output, but the input itself.
 ///
 /// ```
@@ -216,6 +359,18 @@ pub struct Options {
     pub points: Points,
     /// Decides all chance. Default 0.
     pub seed: u64,
+    /// How much of the mesh lives on from frame to frame, 0 (each frame alone) to 1 (the first frame's
+    /// mesh is locked). Default 0.5.
+    pub coherence: f64,
+    /// How much work goes into refinement. Default [`Quality::Normal`].
+    pub quality: Quality,
+    /// Steps of refinement instead of [`Options::quality`], 0..=1000: so many for a still or a frame
+    /// alone, and so many for each frame of a stream, the first of a shot getting a few more. Default
+    /// `None`.
+    pub refine: Option<u32>,
+    /// How much well-shaped triangles count against the error, 0 (not at all) to 1 (nothing else).
+    /// Default 0.5.
+    pub regularity: f64,
     /// How often the frame is smoothed (3x3 binomial) before its colours are clustered, 0..=8, so that
     /// grain draws no regions; the paper does not. Default 2.
     pub smoothing: u32,
@@ -234,6 +389,25 @@ pub struct Options {
     pub default_points: u32,
     /// Densities that tell dense cells from sparse ones.
     pub thresholds: Thresholds,
+    /// Where feature points come from; `None` takes the method's own. Default `None`.
+    pub features: Option<FrontEnd>,
+    /// Share of the pixels that a map which scores every pixel (entropy, saliency, Sobel, Laplacian)
+    /// or superpixels make feature points, above 0 and at most 1. Default 0.054 (paper, Table 2).
+    pub candidates: f64,
+    /// Points that every cell gets before the rest is shared out by value (paper, Algorithm 3),
+    /// 0..=64. Default 1.
+    pub min_points: u32,
+    /// Which cells are high, medium and low (paper, Algorithm 3). Default 75, 25.
+    pub percentiles: CellPercentiles,
+    /// Radius of the entropy's disk in pixels, 1..=32. Default 5 (paper, HELP).
+    pub entropy_radius: u32,
+    /// Steps of the diffusion before the entropy, 0..=1000. Default 10.
+    pub diffusion_iterations: u32,
+    /// Differences of luma above which the diffusion takes them for edges, above 0 and at most 1000.
+    /// Default 50 (see `docs/calibration.md`).
+    pub diffusion_kappa: f64,
+    /// Length of a step of the diffusion, above 0 and at most 0.25. Default 0.25.
+    pub diffusion_gamma: f64,
     /// Colour of lines drawn along the edges of the mesh; `None` draws none. Default `None`.
     pub outline: Option<Colour>,
 }
@@ -244,6 +418,10 @@ impl Default for Options {
             method: Method::default(),
             points: Points::default(),
             seed: 0,
+            coherence: 0.5,
+            quality: Quality::default(),
+            refine: None,
+            regularity: 0.5,
             smoothing: 2,
             clusters: 8,
             interval: 3,
@@ -252,6 +430,14 @@ impl Default for Options {
             max_points: 4,
             default_points: 1,
             thresholds: Thresholds::default(),
+            features: None,
+            candidates: 0.054,
+            min_points: 1,
+            percentiles: CellPercentiles::default(),
+            entropy_radius: 5,
+            diffusion_iterations: 10,
+            diffusion_kappa: 50.0,
+            diffusion_gamma: 0.25,
             outline: None,
         }
     }
@@ -260,7 +446,13 @@ impl Default for Options {
 impl Options {
     /// The paper to the letter: no smoothing, no refinement, no coherence.
     pub fn paper() -> Self {
-        Self { smoothing: 0, interval: 5, ..Self::default() }
+        Self {
+            smoothing: 0,
+            interval: 5,
+            quality: Quality::Draft,
+            coherence: 0.0,
+            ..Self::default()
+        }
     }
 
     /// The preset called `name`.
@@ -289,9 +481,16 @@ impl Options {
         check_range("smoothing", self.smoothing, 0, 8)?;
         check_range("clusters", self.clusters, 2, 64)?;
         check_range("interval", self.interval, 1, 64)?;
-        if !(0.0..=1.0).contains(&self.interior) {
-            return Err(out_of_range("interior", self.interior, "0 to 1"));
+        for (name, value) in [
+            ("coherence", self.coherence),
+            ("regularity", self.regularity),
+            ("interior", self.interior),
+        ] {
+            if !(0.0..=1.0).contains(&value) {
+                return Err(out_of_range(name, value, "0 to 1"));
+            }
         }
+        check_range("refine", self.refine.unwrap_or(0), 0, 1000)?;
         check_range("max-points", self.max_points, 1, 64)?;
         check_range("default-points", self.default_points, 0, self.max_points)?;
         if let Some(density) = self.hex_density
@@ -306,6 +505,32 @@ impl Options {
                 format!("{high},{medium},{low}"),
                 "high,medium,low, falling, between 0 and 1",
             ));
+        }
+        self.validate_maps()
+    }
+
+    /// The fields of the methods that score every pixel.
+    fn validate_maps(&self) -> Result<()> {
+        if !(self.candidates > 0.0 && self.candidates <= 1.0) {
+            return Err(out_of_range("candidates", self.candidates, "above 0 and at most 1"));
+        }
+        check_range("min-points", self.min_points, 0, 64)?;
+        let CellPercentiles { high, medium } = self.percentiles;
+        if !(100.0 >= high && high >= medium && medium >= 0.0) {
+            return Err(out_of_range(
+                "percentiles",
+                format!("{high},{medium}"),
+                "high,medium, falling, between 0 and 100",
+            ));
+        }
+        check_range("entropy-radius", self.entropy_radius, 1, 32)?;
+        check_range("diffusion-iterations", self.diffusion_iterations, 0, 1000)?;
+        let (kappa, gamma) = (self.diffusion_kappa, self.diffusion_gamma);
+        if !(kappa > 0.0 && kappa <= 1000.0) {
+            return Err(out_of_range("diffusion-kappa", kappa, "above 0 and at most 1000"));
+        }
+        if !(gamma > 0.0 && gamma <= 0.25) {
+            return Err(out_of_range("diffusion-gamma", gamma, "above 0 and at most 0.25"));
         }
         Ok(())
     }
@@ -363,6 +588,13 @@ mod tests {
         assert!(said(Options { points: Points::Share(f64::NAN), ..base() }).contains("points"));
         assert!(said(Options { clusters: 1, ..base() }).contains("clusters"));
         assert!(said(Options { hex_density: Some(0.0), ..base() }).contains("hex-density"));
+        assert!(said(Options { candidates: 0.0, ..base() }).contains("candidates"));
+        assert!(said(Options { min_points: 65, ..base() }).contains("min-points"));
+        assert!(said(Options { entropy_radius: 0, ..base() }).contains("entropy-radius"));
+        assert!(said(Options { diffusion_kappa: f64::NAN, ..base() }).contains("diffusion-kappa"));
+        assert!(said(Options { diffusion_gamma: 0.3, ..base() }).contains("diffusion-gamma"));
+        let percentiles = CellPercentiles { high: 20.0, medium: 30.0 };
+        assert!(said(Options { percentiles, ..base() }).contains("percentiles"));
         let thresholds = Thresholds { high: 0.1, medium: 0.2, low: 0.0 };
         assert!(said(Options { thresholds, ..base() }).contains("thresholds"));
     }

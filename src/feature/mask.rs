@@ -1,5 +1,6 @@
 //! A set of pixels, one bit each.
 
+use super::plane::Plane;
 use crate::geom::Size;
 
 /// A set of pixels of a frame. Rows are padded to whole 64-bit words.
@@ -47,6 +48,11 @@ impl Mask {
         &self.words[y as usize * self.stride..][..self.stride]
     }
 
+    /// All rows at once, each of [`Mask::stride`] words.
+    pub fn words(&self) -> &[u64] {
+        &self.words
+    }
+
     /// All rows at once, each of [`Mask::stride`] words, to be written in parallel. Bits at or beyond
     /// the width must stay 0.
     pub fn words_mut(&mut self) -> &mut [u64] {
@@ -56,6 +62,15 @@ impl Mask {
     /// Words in a row.
     pub fn stride(&self) -> usize {
         self.stride
+    }
+
+    /// 1 for pixels in the set, 0 for the others.
+    pub fn to_plane(&self) -> Plane<f32> {
+        let mut plane = Plane::filled(self.size, 0.0);
+        for (x, y) in self.iter() {
+            plane.values_mut()[y as usize * self.size.width as usize + x as usize] = 1.0;
+        }
+        plane
     }
 
     /// The pixels of the set, row by row.

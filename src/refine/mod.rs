@@ -8,22 +8,27 @@
 //! least are **re-placed** where the error is largest, their number staying the same.
 //!
 //! Every change is tried first, on exact sums over the very pixels that the rasteriser will give to
-//! each triangle ([`sums`]), and made only if it pays: E never rises, a picture that stands still
+//! each triangle, and made only if it pays: E never rises, a picture that stands still
 //! settles, and the outcome does not depend on the number of threads. The mesh that comes out is not
 //! Delaunay: where the picture asks for it a diagonal turns the other way, and a penalty on flat
 //! triangles, [`RefineOptions::regularity`], keeps the rest well-shaped.
 
 mod colouring;
+mod crossing;
 mod descend;
 mod flip;
 mod force;
 mod patch;
+mod plan;
 mod replace;
 mod rest;
 mod ring;
+mod rows;
 mod shape;
 mod sums;
 mod surface;
+#[cfg(test)]
+mod tests;
 
 use crate::frame::Frame;
 use crate::mesh::Mesh;
@@ -31,7 +36,7 @@ use descend::Descent;
 use flip::flip;
 use replace::{Worth, replace};
 use rest::Rest;
-use sums::RowSums;
+use rows::RowSums;
 use surface::Surface;
 
 /// How to refine a mesh.
@@ -71,7 +76,7 @@ impl RefineOptions {
 
     /// A frame of a video whose mesh comes from the frame before.
     pub const fn live() -> Self {
-        Self { steps: 2, replace: 0.002, threshold: 0.03, ..Self::draft() }
+        Self { steps: 2, replace: 0.02, threshold: 0.03, ..Self::draft() }
     }
 }
 

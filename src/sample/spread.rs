@@ -47,7 +47,7 @@ pub fn spread(points: &mut Vec<(u32, u32)>, target: usize, grid: &HexGrid, seed:
 }
 
 /// A pixel by chance in the middle of the cell, where that lies in the frame.
-fn throw(grid: &HexGrid, cell: usize, round: u32, seed: u64) -> Option<(u32, u32)> {
+pub(super) fn throw(grid: &HexGrid, cell: usize, round: u32, seed: u64) -> Option<(u32, u32)> {
     let bits = rank(seed, Purpose::Interior, cell as u32, round);
     let offset = |bits: u64| (bits & 0xffff) as f64 / 65536.0 - 0.5;
     let (x, y) = grid.centre(cell);

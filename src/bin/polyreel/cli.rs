@@ -8,7 +8,9 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use polyreel::error::{Error, Result};
 use polyreel::frame::Rational;
-use polyreel::options::{Colour, Method, Options, Points, Thresholds};
+use polyreel::options::{
+    CellPercentiles, Colour, FrontEnd, Method, Options, Points, Quality, Thresholds,
+};
 use polyreel::sink::ffmpeg::VideoOptions;
 use polyreel::source::SourceOptions;
 
@@ -227,6 +229,22 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "S", help = told(
         "Decides all chance: the same seed gives the same bytes", Options::default().seed))]
     seed: Option<u64>,
+    #[arg(long, value_name = "C", help = told(
+        "How much of the mesh lives on from frame to frame, 0 (each frame alone) to 1 (locked)",
+        Options::default().coherence))]
+    coherence: Option<f64>,
+    #[arg(long, value_name = "NAME", value_parser = qualities(), help = told(
+        "How much work goes into refinement: none, most of the gain, all of it",
+        Options::default().quality.name()))]
+    quality: Option<Quality>,
+    /// Steps of refinement in place of --quality: of a still, and of each frame of an animation, the
+    /// first of a shot getting a few more [default: as --quality]
+    #[arg(long, value_name = "STEPS", conflicts_with = "quality")]
+    refine: Option<u32>,
+    #[arg(long, value_name = "R", help = told(
+        "How much well-shaped triangles count against the error, 0 (not at all) to 1 (only they do)",
+        Options::default().regularity))]
+    regularity: Option<f64>,
     /// Draw the edges of the mesh, in black or in COLOUR (white, #802040) [default: none]
     #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true)]
     #[arg(default_missing_value = "black")]
@@ -260,9 +278,40 @@ pub(crate) struct LookArgs {
         "Feature points per pixel above which a cell counts as of high, medium, low density",
         thresholds()))]
     thresholds: Option<Thresholds>,
+    #[arg(long, value_name = "NAME", help_heading = SCORES, value_parser = front_ends())]
+    /// Where feature points come from, for any method [default: the method's own]
+    features: Option<FrontEnd>,
+    #[arg(long, value_name = "SHARE", help_heading = SCORES, help = told(
+        "Share of the pixels that a map (entropy, saliency, sobel, laplacian) or slic makes feature \
+         points, up to 1",
+        Options::default().candidates))]
+    candidates: Option<f64>,
+    #[arg(long, value_name = "N", help_heading = SCORES, help = told(
+        "Points that every cell gets before the rest is shared out by value (help, hslp), 0 to 64",
+        Options::default().min_points))]
+    min_points: Option<u32>,
+    #[arg(long, value_name = "H,M", help_heading = SCORES, help = told(
+        "Percentiles of the cells' mean value that tell high, medium and low cells (help, hslp)",
+        percentiles()))]
+    percentiles: Option<CellPercentiles>,
+    #[arg(long, value_name = "PX", help_heading = SCORES, help = told(
+        "Radius of the disk of the entropy, 1 to 32", Options::default().entropy_radius))]
+    entropy_radius: Option<u32>,
+    #[arg(long, value_name = "N", help_heading = SCORES, help = told(
+        "Steps of the anisotropic diffusion before the entropy, 0 to 1000",
+        Options::default().diffusion_iterations))]
+    diffusion_iterations: Option<u32>,
+    #[arg(long, value_name = "K", help_heading = SCORES, help = told(
+        "Differences of luma above which the diffusion takes them for edges, up to 1000",
+        Options::default().diffusion_kappa))]
+    diffusion_kappa: Option<f64>,
+    #[arg(long, value_name = "G", help_heading = SCORES, help = told(
+        "Length of a step of the diffusion, up to 0.25", Options::default().diffusion_gamma))]
+    diffusion_gamma: Option<f64>,
 }
 
 const PAPER: &str = "The paper's parameters";
+const SCORES: &str = "Feature maps, and the methods that score every pixel";
 
 impl LookArgs {
     /// The preset's options (the defaults without one) with what was given on the command line.
@@ -279,6 +328,9 @@ impl LookArgs {
         put(&mut options.method, &self.method);
         put(&mut options.points, &self.points);
         put(&mut options.seed, &self.seed);
+        put(&mut options.coherence, &self.coherence);
+        put(&mut options.quality, &self.quality);
+        put(&mut options.regularity, &self.regularity);
         put(&mut options.smoothing, &self.smoothing);
         put(&mut options.clusters, &self.clusters);
         put(&mut options.interval, &self.interval);
@@ -286,6 +338,17 @@ impl LookArgs {
         put(&mut options.max_points, &self.max_points);
         put(&mut options.default_points, &self.default_points);
         put(&mut options.thresholds, &self.thresholds);
+        if self.refine.is_some() || self.quality.is_some() {
+            options.refine = self.refine;
+        }
+        put(&mut options.candidates, &self.candidates);
+        put(&mut options.min_points, &self.min_points);
+        put(&mut options.percentiles, &self.percentiles);
+        put(&mut options.entropy_radius, &self.entropy_radius);
+        put(&mut options.diffusion_iterations, &self.diffusion_iterations);
+        put(&mut options.diffusion_kappa, &self.diffusion_kappa);
+        put(&mut options.diffusion_gamma, &self.diffusion_gamma);
+        options.features = self.features.or(options.features);
         options.outline = self.outline.or(options.outline);
         options.hex_density = self.hex_density.or(options.hex_density);
         if self.points.is_some() {
@@ -324,10 +387,29 @@ fn thresholds() -> String {
     format!("{high},{medium},{low}")
 }
 
+fn percentiles() -> String {
+    let CellPercentiles { high, medium } = Options::default().percentiles;
+    format!("{high},{medium}")
+}
+
 fn methods() -> impl TypedValueParser<Value = Method> {
     PossibleValuesParser::new(Method::ALL.map(Method::name)).try_map(|name| {
         let found = Method::ALL.into_iter().find(|method| method.name() == name);
         found.ok_or_else(|| Error::usage("no such method"))
+    })
+}
+
+fn qualities() -> impl TypedValueParser<Value = Quality> {
+    PossibleValuesParser::new(Quality::ALL.map(Quality::name)).try_map(|name| {
+        let found = Quality::ALL.into_iter().find(|quality| quality.name() == name);
+        found.ok_or_else(|| Error::usage("no such quality"))
+    })
+}
+
+fn front_ends() -> impl TypedValueParser<Value = FrontEnd> {
+    PossibleValuesParser::new(FrontEnd::ALL.map(FrontEnd::name)).try_map(|name| {
+        let found = FrontEnd::ALL.into_iter().find(|front| front.name() == name);
+        found.ok_or_else(|| Error::usage("no such front end"))
     })
 }
 

@@ -1,0 +1,46 @@
+//! The maps of a frame with the parameters of [`Options`]: what methods score pixels by, and what
+//! `inspect` shows.
+
+use super::canny::Canny;
+use super::diffusion::Diffusion;
+use super::entropy::entropy;
+use super::mask::Mask;
+use super::plane::Plane;
+use crate::frame::{Frame, Rgba, luma};
+use crate::options::Options;
+
+const VALID: &str = "the options were validated before the chain was built";
+
+/// The luma that is seen of `frame`, 0..255: transparent pixels are laid over white, so that colours
+/// which nobody sees make no features.
+pub fn visible_luma(frame: &Frame) -> Plane<u8> {
+    if frame.is_opaque() {
+        return Plane::luma(frame);
+    }
+    let over_white = |p: &Rgba| {
+        let alpha = u32::from(p[3]);
+        ((u32::from(luma(*p)) * alpha + 255 * (255 - alpha) + 127) / 255) as u8
+    };
+    Plane::new(frame.size(), frame.pixels().iter().map(over_white).collect())
+        .expect("a frame holds exactly width x height pixels")
+}
+
+/// `luma` after anisotropic diffusion, 0..255.
+pub fn diffused(luma: &Plane<u8>, options: &Options) -> Plane<f32> {
+    let diffusion = Diffusion {
+        iterations: options.diffusion_iterations,
+        kappa: options.diffusion_kappa as f32,
+        gamma: options.diffusion_gamma as f32,
+    };
+    diffusion.diffuse(luma).expect(VALID)
+}
+
+/// The local entropy of a plane after diffusion, in bits (paper, HELP level one).
+pub fn entropy_of(diffused: &Plane<f32>, options: &Options) -> Plane<f32> {
+    entropy(&diffused.to_bytes(), options.entropy_radius).expect(VALID)
+}
+
+/// Canny's edges with their thresholds chosen for the picture.
+pub fn edges(luma: &Plane<u8>) -> Mask {
+    Canny::default().edges(luma).expect("Canny's defaults are in range")
+}

@@ -1,0 +1,284 @@
+//! Algorithm 3 of the paper: seeds by the mean value of the cells of the grid.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::spread::throw;
+use crate::chance::{Purpose, rank};
+use crate::feature::Features;
+use crate::geom::Size;
+use crate::hex::HexGrid;
+use crate::options::CellPercentiles;
+
+/// Of what is left when every cell has its `min_points`, per cent for high and for medium cells; low
+/// ones share the rest (paper, Algorithm 3, the sign of the low share set right).
+const HIGH_SHARE: usize = 50;
+const MEDIUM_SHARE: usize = 30;
+
+/// Seeds of a cell in the mean, where nothing fixes the grid. See `docs/calibration.md`.
+const CELL_POINTS: f64 = 4.0;
+
+/// Rows that one task works through.
+const BAND: usize = 32;
+
+/// Steps of the scores, as whole numbers whose sums are the same in any order.
+const STEPS: f32 = 65_536.0;
+
+/// Throws for a pixel of a cell that lacks feature points, before all its pixels are listed.
+const THROWS: u32 = 24;
+
+/// How cells share (paper, Algorithm 3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sharing {
+    /// Points that every cell gets first.
+    pub min_points: u32,
+    /// Which cells are high and which low.
+    pub percentiles: CellPercentiles,
+}
+
+/// The grid for `target` seeds: of cells of `hex_density` where it is given, else with four seeds a
+/// cell in the mean; and its cells are at least so large that all can have `min_points`.
+pub fn value_grid(size: Size, target: usize, min_points: u32, hex_density: Option<f64>) -> HexGrid {
+    let mean = size.pixels() as f64 / target.max(1) as f64;
+    let mut area = match hex_density {
+        Some(density) => size.pixels() as f64 * density,
+        None => mean * CELL_POINTS.max(f64::from(2 * min_points)),
+    };
+    loop {
+        let grid = HexGrid::with_cell_area(size, area);
+        let cells = counted(&grid);
+        if cells * min_points as usize <= target || cells <= 1 {
+            return grid;
+        }
+        area *= 1.05;
+    }
+}
+
+/// Whether a cell takes part: at least half of it lies in the frame. What lies beyond belongs to it
+/// only on paper.
+fn takes_part(area: f64, grid: &HexGrid) -> bool {
+    2.0 * area >= grid.cell_area() * 0.999
+}
+
+/// About how many cells of `grid` take part: those whose centre lies in the closed frame.
+fn counted(grid: &HexGrid) -> usize {
+    let size = grid.size();
+    let inside = |(x, y): (f64, f64)| {
+        x >= 0.0 && y >= 0.0 && x <= f64::from(size.width) && y <= f64::from(size.height)
+    };
+    (0..grid.cells()).filter(|&cell| inside(grid.centre(cell))).count()
+}
+
+/// `target` pixels of the frame: every cell that lies in it by half has `min_points`; of the rest
+/// cells above the high percentile of mean value share 50 %, those from medium to high 30 %, those
+/// below 20 %, each class by the cells' areas in the frame (equal but at the border). The share of a
+/// class without cells goes to the medium one. Inside a cell feature points are taken by chance (their
+/// value has weighted that chance at level one), and where they do not suffice any pixels.
+///
+/// Fewer than `target` where cells are too small for their share.
+pub fn share_by_value(
+    features: &Features,
+    grid: &HexGrid,
+    sharing: Sharing,
+    target: usize,
+    seed: u64,
+) -> Vec<(u32, u32)> {
+    let cells = measure(features, grid);
+    let quotas = quotas(&cells, grid, sharing, target, seed);
+    let mut binned = vec![Vec::new(); grid.cells()];
+    for (x, y) in features.candidates.iter() {
+        let cell = grid.cell_of_pixel(x, y);
+        if quotas[cell] > 0 {
+            binned[cell].push((rank(seed, Purpose::Trim, x, y), y, x));
+        }
+    }
+    let mut points = Vec::with_capacity(target);
+    for (cell, mut held) in binned.into_iter().enumerate() {
+        let quota = quotas[cell];
+        if quota > 0 && held.len() > quota {
+            held.select_nth_unstable(quota - 1);
+            held.truncate(quota);
+        }
+        held.sort_unstable();
+        let first = points.len();
+        points.extend(held.iter().map(|&(_, y, x)| (x, y)));
+        fill_cell(&mut points, first, quota, (grid, cell), seed);
+    }
+    points
+}
+
+/// Area in the frame and mean value of a cell.
+#[derive(Clone, Copy, Debug, Default)]
+struct Cell {
+    pixels: u64,
+    sum: u64,
+}
+
+impl Cell {
+    fn mean(self) -> f64 {
+        self.sum as f64 / self.pixels.max(1) as f64
+    }
+}
+
+/// All cells, by the score or, where there is none, by the density of feature points.
+fn measure(features: &Features, grid: &HexGrid) -> Vec<Cell> {
+    let height = grid.size().height;
+    let most = features.score.as_ref().map_or(0.0, |score| {
+        score.values().par_iter().with_min_len(1 << 14).copied().reduce(|| 0.0, f32::max)
+    });
+    let scale = if most > 0.0 { STEPS / most } else { 0.0 };
+    let value = |y: u32, columns: Range<u32>| match &features.score {
+        Some(score) => {
+            let values = &score.row(y)[columns.start as usize..columns.end as usize];
+            // A float cast to an integer saturates, and takes NaN to 0. A row's steps fit 32 bits.
+            u64::from(values.iter().map(|v| (v * scale) as u32).sum::<u32>())
+        }
+        None => {
+            columns.filter(|&x| features.candidates.contains(x, y)).count() as u64 * STEPS as u64
+        }
+    };
+    let band = |band: usize| {
+        let rows = (band * BAND) as u32..((band + 1) * BAND).min(height as usize) as u32;
+        let (mut sums, mut first) = (Vec::<Cell>::new(), usize::MAX);
+        for y in rows {
+            grid.row_runs(y, |cell, columns| {
+                if cell < first {
+                    let missing = if sums.is_empty() { 0 } else { first - cell };
+                    sums.splice(0..0, std::iter::repeat_n(Cell::default(), missing));
+                    first = cell;
+                }
+                if cell - first >= sums.len() {
+                    sums.resize(cell - first + 1, Cell::default());
+                }
+                let sum = &mut sums[cell - first];
+                sum.pixels += u64::from(columns.end - columns.start);
+                sum.sum += value(y, columns);
+            });
+        }
+        (first, sums)
+    };
+    let bands: Vec<_> = (0..(height as usize).div_ceil(BAND)).into_par_iter().map(band).collect();
+    let mut cells = vec![Cell::default(); grid.cells()];
+    for (first, sums) in bands {
+        for (cell, sum) in cells[first.min(grid.cells())..].iter_mut().zip(sums) {
+            cell.pixels += sum.pixels;
+            cell.sum += sum.sum;
+        }
+    }
+    cells
+}
+
+/// The number of points of each cell, `target` in all when any cell takes part.
+fn quotas(
+    cells: &[Cell],
+    grid: &HexGrid,
+    sharing: Sharing,
+    target: usize,
+    seed: u64,
+) -> Vec<usize> {
+    let mut quotas = vec![0; cells.len()];
+    let mut part: Vec<usize> =
+        (0..cells.len()).filter(|&c| takes_part(cells[c].pixels as f64, grid)).collect();
+    // By rank, so that the points that a division leaves over go to cells all over the frame.
+    part.sort_unstable_by_key(|&c| (rank(seed, Purpose::Phase, c as u32, 1), c));
+    if part.is_empty() {
+        return quotas;
+    }
+    let least = (sharing.min_points as usize).min(target / part.len());
+    part.iter().for_each(|&c| quotas[c] = least);
+    let remaining = target - least * part.len();
+
+    let mut means: Vec<f64> = part.iter().map(|&c| cells[c].mean()).collect();
+    means.sort_unstable_by(f64::total_cmp);
+    let high_above = percentile(&means, sharing.percentiles.high);
+    let low_below = percentile(&means, sharing.percentiles.medium);
+    let (high, rest): (Vec<usize>, _) =
+        part.into_iter().partition(|&c| cells[c].mean() > high_above);
+    let (low, medium): (Vec<usize>, _) =
+        rest.into_iter().partition(|&c| cells[c].mean() < low_below);
+
+    let share = |per_cent: usize, class: &[usize]| {
+        if class.is_empty() { 0 } else { remaining * per_cent / 100 }
+    };
+    let high_share = share(HIGH_SHARE, &high);
+    let low_share = match (low.is_empty(), medium.is_empty()) {
+        (true, _) => 0,
+        (false, true) => remaining - high_share,
+        (false, false) => remaining - remaining * HIGH_SHARE / 100 - remaining * MEDIUM_SHARE / 100,
+    };
+    let medium_share = remaining - high_share - low_share;
+    for (class, share) in [(high, high_share), (medium, medium_share), (low, low_share)] {
+        hand_out(&mut quotas, &class, share, cells);
+    }
+    quotas
+}
+
+/// Gives the cells of `class` `share` points by their areas: after each cell as many are handed out as
+/// the areas up to it ask for, rounded down.
+fn hand_out(quotas: &mut [usize], class: &[usize], share: usize, cells: &[Cell]) {
+    let total: u64 = class.iter().map(|&c| cells[c].pixels).sum();
+    let (mut area, mut given) = (0, 0);
+    for &cell in class {
+        area += cells[cell].pixels;
+        let due = (u128::from(area) * share as u128 / u128::from(total)) as usize;
+        quotas[cell] += due - given;
+        given = due;
+    }
+}
+
+/// The percentile `p` (0..100) of `sorted` values, linear between neighbours, as numpy's.
+fn percentile(sorted: &[f64], p: f64) -> f64 {
+    let at = p / 100.0 * (sorted.len() - 1) as f64;
+    let (low, weight) = (at as usize, at.fract());
+    let high = (low + 1).min(sorted.len() - 1);
+    // Equal neighbours are themselves, without rounding.
+    if sorted[low] == sorted[high] {
+        sorted[low]
+    } else {
+        sorted[low] + (sorted[high] - sorted[low]) * weight
+    }
+}
+
+/// Adds pixels of the cell until there are `quota` from `first` on, or the cell is full.
+fn fill_cell(
+    points: &mut Vec<(u32, u32)>,
+    first: usize,
+    quota: usize,
+    (grid, cell): (&HexGrid, usize),
+    seed: u64,
+) {
+    for round in 0..THROWS {
+        if points.len() - first >= quota {
+            return;
+        }
+        let Some((x, y)) = throw(grid, cell, round, seed) else { continue };
+        if grid.cell_of_pixel(x, y) == cell && !points[first..].contains(&(x, y)) {
+            points.push((x, y));
+        }
+    }
+    if points.len() - first >= quota {
+        return;
+    }
+    let mut free: Vec<_> = pixels_of(grid, cell)
+        .filter(|pixel| !points[first..].contains(pixel))
+        .map(|(x, y)| (rank(seed, Purpose::Phase, x, y), x, y))
+        .collect();
+    free.sort_unstable();
+    let lacking = quota - (points.len() - first);
+    points.extend(free.iter().take(lacking).map(|&(_, x, y)| (x, y)));
+}
+
+/// All pixels of a cell.
+fn pixels_of(grid: &HexGrid, cell: usize) -> impl Iterator<Item = (u32, u32)> + '_ {
+    let (x, y) = grid.centre(cell);
+    let Size { width, height } = grid.size();
+    // A hexagon's tips lie 1 / sqrt(3) widths from its centre.
+    let range = |centre: f64, reach: f64, side: u32| {
+        ((centre - reach - 1.0).max(0.0) as u32)..((centre + reach + 1.0).max(0.0) as u32).min(side)
+    };
+    let columns = range(x, grid.width() / 2.0, width);
+    let rows = range(y, grid.width() / 3f64.sqrt(), height);
+    rows.flat_map(move |y| columns.clone().map(move |x| (x, y)))
+        .filter(move |&(x, y)| grid.cell_of_pixel(x, y) == cell)
+}
