@@ -49,12 +49,13 @@ fn folder(path: &Path) -> Result<Vec<PathBuf>> {
     for entry in std::fs::read_dir(path).map_err(unreadable)? {
         let entry = entry.map_err(unreadable)?;
         let file = entry.path();
-        if !entry.file_name().to_string_lossy().starts_with('.') && file.is_file() {
-            if detect::is_called_picture(&file)
+        let shown = !entry.file_name().to_string_lossy().starts_with('.') && file.is_file();
+        let meant = || {
+            detect::is_called_picture(&file)
                 || matches!(detect::detect(&file), Ok(Kind::Picture(_) | Kind::Gif))
-            {
-                files.push(file);
-            }
+        };
+        if shown && meant() {
+            files.push(file);
         }
     }
     if files.is_empty() {

@@ -18,6 +18,8 @@ use crate::frame::{Colorimetry, Frame, Loops, Rational, Span, StreamInfo, check_
 use crate::geom::Size;
 use crate::source::{Decoded, Input, Source, detect};
 
+/// What to do about something else.
+const CURE: &str = "ffmpeg makes one with -f yuv4mpegpipe";
 /// What a stream begins with.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
 /// Longest line of text that is read.
@@ -105,8 +107,12 @@ impl<R: Read> Y4mSource<R> {
     pub fn new(input: R, path: &Path) -> Result<Self> {
         let mut input = BufReader::with_capacity(1 << 16, input);
         let fail = |what: String| Error::input(path, what);
+        let nothing = input.fill_buf().is_ok_and(<[u8]>::is_empty);
+        if nothing {
+            return Err(fail("nothing came in; expected y4m video".into()));
+        }
         let line = read_line(&mut input)
-            .map_err(|error| fail(format!("the y4m header cannot be read: {error}")))?;
+            .map_err(|error| fail(format!("the y4m header cannot be read: {error}; {CURE}")))?;
         let header = parse(&line).map_err(&fail)?;
         let size = square(header.layout.size, header.aspect);
         check_size(header.layout.size).map_err(|error| fail(error.to_string()))?;
@@ -217,7 +223,7 @@ fn square(size: Size, aspect: Rational) -> Size {
 fn parse(line: &str) -> Result<Header, String> {
     let mut fields = line.split(' ');
     if fields.next().map(str::as_bytes) != Some(MAGIC) {
-        return Err("this is no y4m stream: it does not begin with YUV4MPEG2".into());
+        return Err(format!("this is no y4m stream: it does not begin with YUV4MPEG2; {CURE}"));
     }
     let (mut width, mut height, mut space) = (0, 0, "420jpeg");
     let (mut rate, mut aspect, mut range) = (USUAL_RATE, Rational::new(1, 1), None);
