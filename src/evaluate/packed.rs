@@ -102,7 +102,7 @@ fn pass_triangles(bits: &mut impl Bits, triangles: &mut [[u32; 3]]) {
         (Number::default(), Number::default(), Number::default());
     let mut last = 0;
     for [a, b, c] in triangles {
-        *a = last + first.pass(bits, *a - last);
+        *a = last + first.pass(bits, a.wrapping_sub(last));
         // The first is the smallest; wrapping serves a decoder, whose values are not there yet.
         *b = *a + second.pass(bits, b.wrapping_sub(*a));
         let gap = c.wrapping_sub(*b) as i32;
@@ -226,21 +226,25 @@ mod tests {
         let mut mesh = triangulate(size, &seeds).expect("two seeds");
         let fills = vec![Fill { colour: [9, 8, 7, 255], area: 1 }; mesh.triangles.len()];
         let by_rule = pack(&mesh, &fills).expect("a sound mesh").len();
-        // Turns the edge between the seeds, or the one across it.
-        let edge = (0..mesh.triangles.len())
-            .flat_map(|t| (t + 1..mesh.triangles.len()).map(move |u| (t, u)))
-            .find(|&(t, u)| {
-                let shared = mesh.triangles[t].iter().filter(|v| mesh.triangles[u].contains(v));
-                shared.eq([4, 5].iter()) || shared.count() == 2
-            });
-        let (t, u) = edge.expect("neighbours");
-        let (a, b) = (mesh.triangles[t], mesh.triangles[u]);
-        let apex = *a.iter().find(|v| !b.contains(v)).expect("one of its own");
-        let far = *b.iter().find(|v| !a.contains(v)).expect("one of its own");
-        let i = a.iter().position(|&v| v == apex).expect("in it");
-        let (p, q) = (a[(i + 1) % 3], a[(i + 2) % 3]);
-        mesh.triangles[t] = [apex, p, far];
-        mesh.triangles[u] = [apex, far, q];
+        let pairs = (0..mesh.triangles.len())
+            .flat_map(|t| (0..mesh.triangles.len()).map(move |u| (t, u)))
+            .filter(|(t, u)| t != u);
+        // The first edge that can be turned: its two triangles make a convex quadrilateral.
+        let turned = pairs.filter_map(|(t, u)| {
+            let (a, b) = (mesh.triangles[t], mesh.triangles[u]);
+            let i = (0..3).find(|&i| !b.contains(&a[i]))?;
+            let (apex, p, q) = (a[i], a[(i + 1) % 3], a[(i + 2) % 3]);
+            let far = *b.iter().find(|v| !a.contains(v))?;
+            let new = [[apex, p, far], [apex, far, q]];
+            let area = |t: [u32; 3]| {
+                let [a, b, c] = t.map(|v| mesh.vertices[v as usize]);
+                crate::geom::orient(a, b, c)
+            };
+            let shared = b.contains(&p) && b.contains(&q);
+            (shared && new.into_iter().all(|t| area(t) > 0)).then_some((t, u, new))
+        });
+        let (t, u, [first, second]) = { turned }.next().expect("an edge that can be turned");
+        (mesh.triangles[t], mesh.triangles[u]) = (first, second);
         Mesh::canonicalise(&mut mesh.triangles);
         let bytes = pack(&mesh, &fills).expect("a sound mesh");
         assert!(bytes.len() > by_rule);
