@@ -112,6 +112,33 @@ impl FrontEnd {
     }
 }
 
+/// How much work goes into refinement, where [`Options::refine`] does not say it in steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quality {
+    /// None.
+    Draft,
+    /// Most of the gain for a third of the time.
+    #[default]
+    Normal,
+    /// Until nothing is left to gain.
+    Best,
+}
+
+impl Quality {
+    /// All, in rising order.
+    pub const ALL: [Quality; 3] = [Quality::Draft, Quality::Normal, Quality::Best];
+
+    /// The name on the command line and in presets.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Quality::Draft => "draft",
+            Quality::Normal => "normal",
+            Quality::Best => "best",
+        }
+    }
+}
+
 /// How many seeds a frame is to have.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
@@ -332,6 +359,18 @@ pub struct Options {
     pub points: Points,
     /// Decides all chance. Default 0.
     pub seed: u64,
+    /// How much of the mesh lives on from frame to frame, 0 (each frame alone) to 1 (the first frame's
+    /// mesh is locked). Default 0.5.
+    pub coherence: f64,
+    /// How much work goes into refinement. Default [`Quality::Normal`].
+    pub quality: Quality,
+    /// Steps of refinement instead of [`Options::quality`], 0..=1000: so many for a still or a frame
+    /// alone, and so many for each frame of a stream, the first of a shot getting a few more. Default
+    /// `None`.
+    pub refine: Option<u32>,
+    /// How much well-shaped triangles count against the error, 0 (not at all) to 1 (nothing else).
+    /// Default 0.5.
+    pub regularity: f64,
     /// How often the frame is smoothed (3x3 binomial) before its colours are clustered, 0..=8, so that
     /// grain draws no regions; the paper does not. Default 2.
     pub smoothing: u32,
@@ -379,6 +418,10 @@ impl Default for Options {
             method: Method::default(),
             points: Points::default(),
             seed: 0,
+            coherence: 0.5,
+            quality: Quality::default(),
+            refine: None,
+            regularity: 0.5,
             smoothing: 2,
             clusters: 8,
             interval: 3,
@@ -403,7 +446,13 @@ impl Default for Options {
 impl Options {
     /// The paper to the letter: no smoothing, no refinement, no coherence.
     pub fn paper() -> Self {
-        Self { smoothing: 0, interval: 5, ..Self::default() }
+        Self {
+            smoothing: 0,
+            interval: 5,
+            quality: Quality::Draft,
+            coherence: 0.0,
+            ..Self::default()
+        }
     }
 
     /// The preset called `name`.
@@ -432,9 +481,16 @@ impl Options {
         check_range("smoothing", self.smoothing, 0, 8)?;
         check_range("clusters", self.clusters, 2, 64)?;
         check_range("interval", self.interval, 1, 64)?;
-        if !(0.0..=1.0).contains(&self.interior) {
-            return Err(out_of_range("interior", self.interior, "0 to 1"));
+        for (name, value) in [
+            ("coherence", self.coherence),
+            ("regularity", self.regularity),
+            ("interior", self.interior),
+        ] {
+            if !(0.0..=1.0).contains(&value) {
+                return Err(out_of_range(name, value, "0 to 1"));
+            }
         }
+        check_range("refine", self.refine.unwrap_or(0), 0, 1000)?;
         check_range("max-points", self.max_points, 1, 64)?;
         check_range("default-points", self.default_points, 0, self.max_points)?;
         if let Some(density) = self.hex_density

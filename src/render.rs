@@ -1,12 +1,13 @@
 //! The whole chain on one thread: the still-image API, and the oracle for the threaded pipeline.
 
 use crate::error::Result;
-use crate::feature::Extractor;
+use crate::feature::{Extractor, Features};
 use crate::frame::Frame;
 use crate::mesh::Mesh;
 use crate::options::Options;
-use crate::rasterise::{Painting, rasterise};
-use crate::sample::{Sampled, Sampler};
+use crate::rasterise::{Painter, Painting};
+use crate::refine::{RefineOptions, Refined, Refiner};
+use crate::sample::{Life, Sampler, Start};
 use crate::triangulate::triangulate;
 
 /// A frame that went through the chain.
@@ -17,17 +18,34 @@ pub struct Rendered {
     /// The mesh behind it.
     pub mesh: Mesh,
     /// How its seeds came to be.
-    pub sampled: Sampled,
+    pub life: Life,
+    /// Steps of refinement that were done.
+    pub refine_steps: u32,
     /// Number of feature points that level one found.
     pub candidates: usize,
 }
 
-/// Renders frame after frame; seeds and palette live on between them.
+/// Renders frame after frame; seeds, palette and colours live on between them.
+///
+/// ```
+/// use polyreel::{frame::Frame, geom::Size, options::{Options, Points}, render::Renderer};
+/// # fn main() -> polyreel::error::Result<()> {
+/// let size = Size::new(64, 48);
+/// let gradient = (0..size.pixels()).map(|i| [(i % 64 * 4) as u8, (i / 64 * 5) as u8, 90, 255]);
+/// let frame = Frame::new(size, gradient.collect())?;
+///
+/// let options = Options { points: Points::Count(60), ..Options::default() };
+/// let rendered = Renderer::new(&options)?.render(&frame)?;
+/// assert_eq!(rendered.mesh.seeds().len(), 60);
+/// assert_eq!(rendered.painting.frame.size(), size);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Renderer {
-    options: Options,
     extractor: Extractor,
-    sampler: Sampler,
+    mesher: Mesher,
+    painter: Painter,
 }
 
 impl Renderer {
@@ -38,9 +56,9 @@ impl Renderer {
     pub fn new(options: &Options) -> Result<Self> {
         options.validate()?;
         Ok(Self {
-            options: options.clone(),
             extractor: Extractor::new(options),
-            sampler: Sampler::new(options),
+            mesher: Mesher::new(options),
+            painter: Painter::new(options),
         })
     }
 
@@ -50,9 +68,60 @@ impl Renderer {
     /// None for frames of one stream; the error type leaves room for methods with needs of their own.
     pub fn render(&mut self, frame: &Frame) -> Result<Rendered> {
         let features = self.extractor.extract(frame);
-        let sampled = self.sampler.sample(&features);
-        let mesh = triangulate(frame.size(), &sampled.seeds)?;
-        let painting = rasterise(&mesh, frame, self.options.outline.map(|colour| colour.0));
-        Ok(Rendered { painting, mesh, sampled, candidates: features.candidates.len() })
+        let (mut mesh, fresh) = triangulate_start(frame, self.mesher.sample(&features))?;
+        let refined = self.mesher.refine(&mut mesh, frame, fresh);
+        let life = self.mesher.remember(&mesh, fresh, &refined);
+        let painting = self.painter.paint(&mesh, frame, fresh);
+        let refine_steps = refined.steps;
+        let candidates = features.candidates.len();
+        Ok(Rendered { painting, mesh, life, refine_steps, candidates })
+    }
+}
+
+/// The rooms that share one thread, because the mesh that a frame ends with is the one that the next
+/// frame starts from: sample, triangulate, refine.
+#[derive(Debug)]
+pub struct Mesher {
+    options: Options,
+    sampler: Sampler,
+    refiner: Refiner,
+}
+
+impl Mesher {
+    /// As `options` ask for it.
+    pub fn new(options: &Options) -> Self {
+        let sampler = Sampler::new(options);
+        Self { options: options.clone(), sampler, refiner: Refiner::default() }
+    }
+
+    /// Level two: see [`Sampler::sample`].
+    pub fn sample(&mut self, features: &Features) -> Start {
+        self.sampler.sample(features)
+    }
+
+    /// Level three: refines `mesh`, anew when it is `fresh`, else as the mesh of the frame before.
+    pub fn refine(&mut self, mesh: &mut Mesh, frame: &Frame, fresh: bool) -> Refined {
+        let plan = RefineOptions::plan(&self.options, fresh);
+        if fresh {
+            self.refiner.refine(mesh, frame, &plan)
+        } else {
+            self.refiner.resume(mesh, frame, &plan)
+        }
+    }
+
+    /// Takes up the mesh for the next frame: see [`Sampler::remember`].
+    pub fn remember(&mut self, mesh: &Mesh, fresh: bool, refined: &Refined) -> Life {
+        self.sampler.remember(mesh, fresh, &refined.replaced)
+    }
+}
+
+/// The mesh that a frame starts from, and whether it is fresh.
+///
+/// # Errors
+/// As [`triangulate`].
+pub fn triangulate_start(frame: &Frame, start: Start) -> Result<(Mesh, bool)> {
+    match start {
+        Start::Seeds(seeds) => Ok((triangulate(frame.size(), &seeds)?, true)),
+        Start::Mesh(mesh) => Ok((mesh, false)),
     }
 }

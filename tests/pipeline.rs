@@ -244,7 +244,7 @@ fn reports_tell_what_the_renderer_counts() {
         assert_eq!(report.candidates, rendered.candidates);
         assert_eq!(report.seeds, rendered.mesh.seeds().len());
         assert_eq!(report.triangles, rendered.mesh.triangles.len());
-        assert_eq!(report.seeds_born, rendered.sampled.born);
+        assert_eq!(report.seeds_born, rendered.life.born);
         assert_eq!(report.pts_s, index as f64 / 25.0);
         for stage in [Stage::Features, Stage::Sample, Stage::Triangulate, Stage::Rasterise] {
             assert!(report.timing.get(stage) > Duration::ZERO, "{stage} took no time");

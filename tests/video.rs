@@ -14,7 +14,7 @@ use polyreel::geom::Size;
 use polyreel::sink::ffmpeg::{VideoOptions, VideoSink, VideoSpec};
 use polyreel::sink::sound::Sound;
 use polyreel::sink::y4m::Y4mSink;
-use polyreel::sink::{Picture, Sink};
+use polyreel::sink::{Picture, Sink, SinkOptions};
 use polyreel::source::ffmpeg::Video;
 use polyreel::source::y4m::Y4mSource;
 use polyreel::source::{Decoded, Source};
@@ -101,7 +101,7 @@ fn copy(path: &Path, to: &Path, most: usize) -> Vec<String> {
     let info = video.info();
     let mut spec = VideoSpec::of(info, info.size);
     spec.sound = Some(Sound { path: path.into(), start: Rational::ZERO, cut: false });
-    let sink = VideoSink::create(to, spec, fast()).expect("an encoder");
+    let sink = VideoSink::create(to, spec, &fast()).expect("an encoder");
     let (warnings, mut sink) = (sink.warnings().to_vec(), Box::new(sink));
     let mut source = video.start().expect("ffmpeg starts");
     for _ in 0..most {
@@ -119,8 +119,10 @@ fn copy(path: &Path, to: &Path, most: usize) -> Vec<String> {
     warnings
 }
 
-fn fast() -> VideoOptions {
-    VideoOptions { encoder_preset: Some("ultrafast".into()), ..VideoOptions::default() }
+fn fast() -> SinkOptions {
+    let video =
+        VideoOptions { encoder_preset: Some("ultrafast".into()), ..VideoOptions::default() };
+    SinkOptions { overwrite: true, video, ..SinkOptions::default() }
 }
 
 /// The largest difference between two lists of times.
@@ -199,8 +201,9 @@ fn codecs_by_name() {
         let out = dir.path().join(format!("out.{extension}"));
         let rate = Some(Rational::new(10, 1));
         let spec = VideoSpec { size, rate, duration: None, colour: None, sound: None };
-        let options = VideoOptions { codec: Some(codec.into()), ..VideoOptions::default() };
-        let mut sink = Box::new(VideoSink::create(&out, spec, options).expect(codec));
+        let video = VideoOptions { codec: Some(codec.into()), ..VideoOptions::default() };
+        let options = SinkOptions { overwrite: true, video, ..SinkOptions::default() };
+        let mut sink = Box::new(VideoSink::create(&out, spec, &options).expect(codec));
         (0..5).for_each(|i| sink.write(flat(size, i)).expect(codec));
         sink.finish().expect(codec);
         assert_eq!(ask(&out, "v:0", "stream=codec_name"), [name]);
@@ -225,7 +228,7 @@ fn a_long_last_frame_stays_long() {
             sound: None,
         };
         let mut sink =
-            Box::new(VideoSink::create(&out, spec, VideoOptions::default()).expect("it starts"));
+            Box::new(VideoSink::create(&out, spec, &SinkOptions::default()).expect("it starts"));
         for i in 0..8 {
             let picture = flat(size, i);
             let length = if i == 7 { Rational::new(5, 2) } else { Rational::new(1, 10) };
@@ -299,7 +302,7 @@ fn sound_of_a_part_starts_with_it() {
         let mut spec = VideoSpec::of(&info, info.size);
         let start = Rational::new(1, 1);
         spec.sound = Some(Sound { path: clip.clone(), start, cut: true });
-        let mut sink = Box::new(VideoSink::create(&out, spec, fast()).expect("an encoder"));
+        let mut sink = Box::new(VideoSink::create(&out, spec, &fast()).expect("an encoder"));
         for Decoded { frame, span } in frames.into_iter().skip(25).take(25) {
             let span = Span { start: span.start - start, ..span };
             sink.write(Picture { frame, fills: vec![], span }).expect("it is encoded");
@@ -388,7 +391,7 @@ fn rgb_pictures_become_tagged_video() {
         colour: None,
         sound: None,
     };
-    let mut sink = Box::new(VideoSink::create(&out, spec, fast()).expect("an encoder"));
+    let mut sink = Box::new(VideoSink::create(&out, spec, &fast()).expect("an encoder"));
     for i in 0..5 {
         sink.write(flat(Size::new(64, 64), i)).expect("encoded");
     }
@@ -609,12 +612,10 @@ fn encode_with(dir: &TempDir, ffmpeg: PathBuf, ffmpeg_args: &[&str]) -> Error {
         colour: Some(Colorimetry::default()),
         sound: None,
     };
-    let options = VideoOptions {
-        ffmpeg: Some(ffmpeg),
-        ffmpeg_args: ffmpeg_args.iter().map(|arg| (*arg).to_string()).collect(),
-        ..fast()
-    };
-    let mut sink = Box::new(VideoSink::create(&out, spec, options).expect("it starts"));
+    let mut options = fast();
+    options.video.ffmpeg = Some(ffmpeg);
+    options.video.ffmpeg_args = ffmpeg_args.iter().map(|arg| (*arg).to_string()).collect();
+    let mut sink = Box::new(VideoSink::create(&out, spec, &options).expect("it starts"));
     let written = (0..200).try_for_each(|i| sink.write(flat(size, i)));
     let error = match written {
         Ok(()) => sink.finish().expect_err("it cannot succeed"),

@@ -92,7 +92,7 @@ impl Run {
         self.flicker.push(source, &painted)?;
         self.warp.push(source, &painted)?;
         self.seeds += rendered.mesh.seeds().len();
-        self.kept += rendered.sampled.kept + rendered.sampled.moved;
+        self.kept += rendered.life.kept + rendered.life.moved;
         Ok(painted)
     }
 

@@ -6,7 +6,7 @@ use crate::frame::Frame;
 /// Mean difference of luma in a block of a small picture, 0..255, above which the block has changed.
 /// Grain of standard deviation 4 leaves about 1 there (16 pixels' mean, mean absolute value); the
 /// quantisation noise of usual encoders lies below that.
-const STIR: f32 = 1.5;
+const STIR: f32 = 2.5;
 
 /// Share of changed blocks below which no cut is looked for.
 const CUT_CHANGED: f32 = 0.35;

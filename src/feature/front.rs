@@ -47,7 +47,7 @@ fn of(front: FrontEnd, extractor: &Extractor, frame: &Frame) -> Features {
 
 fn scored(score: Plane<f32>, power: i32, options: &Options) -> Features {
     let candidates = Lottery::new(&score, power, options.seed).winners(options.candidates);
-    Features { candidates, score: Some(score) }
+    Features { score: Some(score), ..candidates.into() }
 }
 
 fn superpixel_corners(frame: &Frame, options: &Options) -> Features {

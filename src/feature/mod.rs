@@ -18,6 +18,7 @@ pub mod smooth;
 
 use crate::frame::Frame;
 use crate::options::Options;
+use change::{Change, Watcher};
 use mask::Mask;
 use plane::Plane;
 use region::{Picks, Regions};
@@ -26,15 +27,18 @@ use smooth::smooth;
 /// What level one found in a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Features {
-    /// The feature points: pixels that level two may choose from.
+    /// The feature points: pixels that level two may choose from. None are looked for where the mesh
+    /// of the frame before lives on.
     pub candidates: Mask,
     /// How much every pixel matters, at least 0, where the front end tells; any unit.
     pub score: Option<Plane<f32>>,
+    /// How the frame continues its stream.
+    pub change: Change,
 }
 
 impl From<Mask> for Features {
     fn from(candidates: Mask) -> Self {
-        Self { candidates, score: None }
+        Self { candidates, score: None, change: Change::Shot }
     }
 }
 
@@ -42,16 +46,27 @@ impl From<Mask> for Features {
 #[derive(Debug)]
 pub struct Extractor {
     options: Options,
+    watcher: Watcher,
 }
 
 impl Extractor {
     /// Level one as `options` ask for it, which must be valid ([`Options::validate`]).
     pub fn new(options: &Options) -> Self {
-        Self { options: options.clone() }
+        Self { options: options.clone(), watcher: Watcher::default() }
     }
 
     /// The features of the next frame.
     pub fn extract(&mut self, frame: &Frame) -> Features {
+        let change =
+            if self.options.coherence > 0.0 { self.watcher.watch(frame) } else { Change::Shot };
+        match change {
+            Change::Shot => self.features(frame),
+            Change::Goes(_) => Features { change, ..Mask::new(frame.size()).into() },
+        }
+    }
+
+    /// The features of `frame`, whatever came before it.
+    pub fn features(&self, frame: &Frame) -> Features {
         front::features(self, frame)
     }
 

@@ -181,7 +181,7 @@ impl Grid {
             let rest = patch.search(b, &[[0.0; 2]], 0).squares;
             let found = patch.search(b, &tries, DESCENTS);
             // A move has to explain the change, not merely fit the grain a little better.
-            if found.squares < 0.7 * rest { found.vector } else { [0.0; 2] }
+            if found.squares < 0.5 * rest { found.vector } else { [0.0; 2] }
         };
         let vectors = (0..count).into_par_iter().with_min_len(32).map(vector).collect();
         Self { columns: columns.len(), vectors }

@@ -40,6 +40,8 @@ pub(super) struct Meshed {
     pub(super) ticket: Ticket,
     pub(super) frame: Frame,
     pub(super) mesh: Mesh,
+    /// Whether the mesh has nothing to do with that of the frame before.
+    pub(super) fresh: bool,
 }
 
 /// rasterise -> encode.

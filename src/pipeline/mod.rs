@@ -2,7 +2,7 @@
 //! same time.
 //!
 //! ```text
-//! decode -> features -> mesh (sample, triangulate) -> rasterise -> encode -> the caller's observer
+//! decode -> features -> mesh (sample, triangulate, refine) -> rasterise -> encode -> the caller's observer
 //! ```
 //!
 //! Every arrow is a channel with room for one frame, one producer and one consumer: frames stay in
@@ -29,12 +29,11 @@ use crossbeam_channel::{Receiver, Sender, bounded};
 use crate::error::{Error, Result};
 use crate::feature::Extractor;
 use crate::options::Options;
-use crate::rasterise::rasterise;
-use crate::sample::Sampler;
+use crate::rasterise::Painter;
+use crate::render::{Mesher, triangulate_start};
 use crate::sink::{Picture, Sink};
 use crate::source::Source;
 use crate::stage::Stage;
-use crate::triangulate::triangulate;
 
 pub use admission::Stop;
 use admission::{Door, decode};
@@ -166,14 +165,15 @@ fn spawn_chain<'s, 'e>(
     })?;
     let (mesh, meshed) = bounded(ROOM);
     let station = Station::new(Stage::Sample, mesh);
-    let mut sampler = Sampler::new(options);
+    let mut mesher = Mesher::new(options);
     let meshing = spawn(scope, "mesh", move || {
-        station.run(extracted, |clock, hop| build_mesh(&mut sampler, hop, clock, pool));
+        station.run(extracted, |clock, hop| build_mesh(&mut mesher, hop, clock, pool));
     })?;
     let (paint, painted) = bounded(ROOM);
     let station = Station::new(Stage::Rasterise, paint);
+    let mut painter = Painter::new(options);
     let painting = spawn(scope, "rasterise", move || {
-        station.run(meshed, |clock, hop| fill(options, hop, clock, pool));
+        station.run(meshed, |clock, hop| fill(&mut painter, hop, clock, pool));
     })?;
     Ok((vec![extracting, meshing, painting], painted))
 }
@@ -193,36 +193,38 @@ fn features(
     Ok(Featured { ticket, frame, features })
 }
 
-/// Level two, and the triangulation.
+/// Level two, the triangulation, and level three.
 fn build_mesh(
-    sampler: &mut Sampler,
+    mesher: &mut Mesher,
     hop: Featured,
     clock: &mut Clock,
     pool: &Pool,
 ) -> Result<Meshed> {
     let Featured { mut ticket, frame, features } = hop;
     let report = &mut ticket.report;
-    let sampled =
-        pool.work(|| clock.time(Stage::Sample, report, || Ok(sampler.sample(&features))))?;
-    let mesh = pool.work(|| {
-        clock.time(Stage::Triangulate, report, || triangulate(frame.size(), &sampled.seeds))
+    let start = pool.work(|| clock.time(Stage::Sample, report, || Ok(mesher.sample(&features))))?;
+    let (mut mesh, fresh) =
+        pool.work(|| clock.time(Stage::Triangulate, report, || triangulate_start(&frame, start)))?;
+    let refined = pool.work(|| {
+        clock.time(Stage::Refine, report, || Ok(mesher.refine(&mut mesh, &frame, fresh)))
     })?;
+    let life = mesher.remember(&mesh, fresh, &refined);
     report.seeds = mesh.seeds().len();
-    report.seeds_kept = sampled.kept;
-    report.seeds_moved = sampled.moved;
-    report.seeds_born = sampled.born;
-    report.seeds_died = sampled.died;
-    report.cut = sampled.cut;
+    report.seeds_kept = life.kept;
+    report.seeds_moved = life.moved;
+    report.seeds_born = life.born;
+    report.seeds_died = life.died;
+    report.cut = life.cut;
     report.triangles = mesh.triangles.len();
-    Ok(Meshed { ticket, frame, mesh })
+    report.refine_steps = refined.steps;
+    Ok(Meshed { ticket, frame, mesh, fresh })
 }
 
 /// Mean colours, and the picture.
-fn fill(options: &Options, hop: Meshed, clock: &mut Clock, pool: &Pool) -> Result<Painted> {
-    let Meshed { ticket: Ticket { span, mut report }, frame, mesh } = hop;
-    let outline = options.outline.map(|colour| colour.0);
+fn fill(painter: &mut Painter, hop: Meshed, clock: &mut Clock, pool: &Pool) -> Result<Painted> {
+    let Meshed { ticket: Ticket { span, mut report }, frame, mesh, fresh } = hop;
     let painting = pool.work(|| {
-        clock.time(Stage::Rasterise, &mut report, || Ok(rasterise(&mesh, &frame, outline)))
+        clock.time(Stage::Rasterise, &mut report, || Ok(painter.paint(&mesh, &frame, fresh)))
     })?;
     Ok(Painted { report, picture: Picture { frame: painting.frame, fills: painting.fills, span } })
 }

@@ -191,6 +191,8 @@ pub struct OutputReport {
     pub size: Size,
     /// Bytes of the file; `None` for several files and for standard output.
     pub bytes: Option<u64>,
+    /// What the user should know about the output.
+    pub warnings: Vec<String>,
 }
 
 /// How the time budget was kept.

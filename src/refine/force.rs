@@ -2,7 +2,7 @@
 //! Guenther, "Stylized Image Triangulation", 2019).
 
 use super::ring::Ring;
-use super::sums::RowSums;
+use super::rows::RowSums;
 use crate::geom::{Point, SUBPIXEL};
 
 /// Pixels of edge for each sample; edges are about 10 pixels long.

@@ -8,30 +8,35 @@
 //! least are **re-placed** where the error is largest, their number staying the same.
 //!
 //! Every change is tried first, on exact sums over the very pixels that the rasteriser will give to
-//! each triangle ([`sums`]), and made only if it pays: E never rises, a picture that stands still
+//! each triangle, and made only if it pays: E never rises, a picture that stands still
 //! settles, and the outcome does not depend on the number of threads. The mesh that comes out is not
 //! Delaunay: where the picture asks for it a diagonal turns the other way, and a penalty on flat
 //! triangles, [`RefineOptions::regularity`], keeps the rest well-shaped.
 
 mod colouring;
+mod crossing;
 mod descend;
 mod flip;
 mod force;
 mod patch;
+mod plan;
 mod replace;
 mod rest;
 mod ring;
+mod rows;
 mod shape;
 mod sums;
 mod surface;
+#[cfg(test)]
+mod tests;
 
 use crate::frame::Frame;
 use crate::mesh::Mesh;
 use descend::Descent;
 use flip::flip;
-use replace::{Worth, replace};
+use replace::{Worth, replace, turns};
 use rest::Rest;
-use sums::RowSums;
+use rows::RowSums;
 use surface::Surface;
 
 /// How to refine a mesh.
@@ -61,17 +66,17 @@ impl RefineOptions {
 
     /// Most of the gain for a third of the time of [`RefineOptions::best`].
     pub const fn normal() -> Self {
-        Self { steps: 5, replace: 0.03, ..Self::draft() }
+        Self { steps: 6, replace: 0.05, ..Self::draft() }
     }
 
     /// Until nothing is left to gain.
     pub const fn best() -> Self {
-        Self { steps: 60, replace: 0.1, threshold: 0.001, ..Self::draft() }
+        Self { steps: 60, replace: 0.05, threshold: 0.001, ..Self::draft() }
     }
 
     /// A frame of a video whose mesh comes from the frame before.
     pub const fn live() -> Self {
-        Self { steps: 2, replace: 0.002, threshold: 0.03, ..Self::draft() }
+        Self { steps: 2, replace: 0.02, threshold: 0.03, ..Self::draft() }
     }
 }
 
@@ -162,6 +167,7 @@ impl Refiner {
         worth.reset(surface.at.len(), surface.triangles());
         let begin = surface.clock;
         let mut since = begin;
+        let (mut still, turns) = (0, turns(surface.at.len(), most));
         for _ in 0..options.steps {
             let mut replaced = replace(surface, worth, rest, most, field);
             descent.start_anew(&replaced);
@@ -173,7 +179,8 @@ impl Refiner {
             refined.flipped += flipped;
             let quiet = moved + flipped + replaced.len() == 0;
             refined.replaced.append(&mut replaced);
-            if quiet && !surface.awake.contains(&true) {
+            still = if quiet { still + 1 } else { 0 };
+            if still >= turns && !surface.awake.contains(&true) {
                 break;
             }
         }

@@ -1,7 +1,8 @@
 //! Taking a vertex out of the mesh and putting it in elsewhere.
 
 use super::ring::Ring;
-use super::sums::{RowSums, Sums};
+use super::rows::RowSums;
+use super::sums::Sums;
 use super::surface::{Cost, NONE, Surface};
 use crate::geom::Point;
 use crate::mesh::Place;

@@ -1,7 +1,7 @@
 //! Which parts of a video's mesh rest: where the picture stands still, so does the mesh.
 
 use super::Field;
-use super::sums::RowSums;
+use super::rows::RowSums;
 use super::surface::Surface;
 
 /// Frames during which a vertex may still change after the picture around it has come to rest. With a

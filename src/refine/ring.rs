@@ -1,7 +1,8 @@
 //! What surrounds a vertex: the polygon in which it may move, and the cost of each place there.
 
+use super::rows::RowSums;
 use super::shape::flatness;
-use super::sums::{RowSums, Sums, Total};
+use super::sums::{Sums, Total};
 use super::surface::{Cost, NONE, Surface, next, previous};
 use crate::geom::{Point, orient};
 

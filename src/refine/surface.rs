@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::rows::RowSums;
 use super::shape::flatness;
-use super::sums::{RowSums, Sums, Total};
+use super::sums::{Sums, Total};
 use crate::geom::{Point, SUBPIXEL, Size};
 use crate::mesh::{CORNERS, Mesh, Place};
 
@@ -17,7 +18,7 @@ pub(super) const fn next(h: u32) -> u32 {
 
 /// The half-edge before `h` around the triangle.
 pub(super) const fn previous(h: u32) -> u32 {
-    if h % 3 == 0 { h + 2 } else { h - 1 }
+    if h.is_multiple_of(3) { h + 2 } else { h - 1 }
 }
 
 /// What a triangle costs.

@@ -2,6 +2,7 @@
 
 pub mod bands;
 pub mod border;
+pub mod carry;
 pub mod density;
 pub mod spread;
 pub mod suppress;
@@ -9,44 +10,60 @@ pub mod thin;
 pub mod value;
 
 use crate::feature::Features;
+use crate::feature::change::Change;
 use crate::geom::{Point, Size};
 use crate::hex::HexGrid;
+use crate::mesh::Mesh;
 use crate::options::{Method, Options};
 use bands::share_bands;
 use border::border_points;
+use carry::carry;
 use density::{Binned, Quota};
 use spread::spread;
 use suppress::suppress;
 use thin::thin;
 use value::{Sharing, share_by_value, value_grid};
 
-/// The seeds of a frame and how they came to be.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Sampled {
-    /// Distinct points of the closed frame, none of them a corner; border points among them.
-    pub seeds: Vec<Point>,
+/// What the mesh of a frame is made from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// Seeds chosen afresh: distinct points of the closed frame, none of them a corner; border points
+    /// among them.
+    Seeds(Vec<Point>),
+    /// The mesh of the frame before, carried along with the picture.
+    Mesh(Mesh),
+}
+
+/// How the seeds of a frame came to be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Life {
     /// Seeds of the frame before that stayed where they were.
     pub kept: usize,
-    /// Seeds of the frame before that moved with the picture.
+    /// Seeds of the frame before that moved.
     pub moved: usize,
     /// Seeds that were not there before.
     pub born: usize,
     /// Seeds of the frame before that are gone.
     pub died: usize,
-    /// Whether a scene cut was found and everything begins anew.
+    /// Whether a scene cut was found and everything began anew.
     pub cut: bool,
 }
 
-/// Level two for a stream of frames.
+/// Level two for a stream of frames: seeds are chosen for the first frame of a shot, and live on from
+/// there.
 #[derive(Debug)]
 pub struct Sampler {
     options: Options,
+    /// The mesh that the frame before ended with.
+    living: Option<Mesh>,
+    /// Where its seeds were.
+    before: Vec<Point>,
 }
 
 impl Sampler {
     /// Level two as `options` ask for it.
     pub fn new(options: &Options) -> Self {
-        Self { options: options.clone() }
+        Self { options: options.clone(), living: None, before: Vec::new() }
     }
 
     /// The grid over a frame of `size`. It depends on nothing else, so that it stays the same for a
@@ -67,12 +84,49 @@ impl Sampler {
         }
     }
 
-    /// The seeds of the next frame.
+    /// What the next frame's mesh starts from: the last mesh that was [remembered](Self::remember),
+    /// moved with the picture; or fresh seeds for the first frame of a shot, and for every frame
+    /// without coherence.
+    pub fn sample(&mut self, features: &Features) -> Start {
+        let size = features.candidates.size();
+        let living = self.living.take();
+        self.before.clear();
+        self.before.extend(living.iter().flat_map(|mesh| mesh.seeds()));
+        match (&features.change, living) {
+            (Change::Goes(motion), Some(mut mesh)) if mesh.size == size => {
+                if self.options.coherence < 1.0 {
+                    carry(&mut mesh, motion);
+                }
+                Start::Mesh(mesh)
+            }
+            _ => Start::Seeds(self.choose(features)),
+        }
+    }
+
+    /// Takes up the mesh that a frame ended with, for the next one to start from. `fresh` says that its
+    /// seeds were chosen afresh; else `replaced` are those, by number of vertex, that were taken from
+    /// one place and put in at another. Returns how the seeds came to be.
+    pub fn remember(&mut self, mesh: &Mesh, fresh: bool, replaced: &[u32]) -> Life {
+        let seeds = mesh.seeds();
+        if self.options.coherence > 0.0 {
+            self.living = Some(mesh.clone());
+        }
+        if fresh {
+            let died = self.before.len();
+            return Life { born: seeds.len(), died, cut: died > 0, ..Life::default() };
+        }
+        let stayed = seeds.iter().zip(&self.before).filter(|(now, then)| now == then).count();
+        // One that was re-placed to just where it was is not to be told from one that stayed.
+        let born = replaced.len().min(seeds.len() - stayed);
+        Life { kept: stayed, moved: seeds.len() - stayed - born, born, died: born, cut: false }
+    }
+
+    /// Seeds chosen afresh.
     ///
-    /// The number of seeds is the target of [`Options::points`]: quotas are multiplied by one common
-    /// factor to meet it. With [`Options::hex_density`] the quotas of [`Method::Hrlp`] are taken to the
-    /// letter instead, and the number follows from them.
-    pub fn sample(&mut self, features: &Features) -> Sampled {
+    /// Their number is the target of [`Options::points`]: quotas are multiplied by one common factor to
+    /// meet it. With [`Options::hex_density`] the quotas of [`Method::Hrlp`] are taken to the letter
+    /// instead, and the number follows from them.
+    pub fn choose(&self, features: &Features) -> Vec<Point> {
         let size = features.candidates.size();
         let seed = self.options.seed;
         let grid = self.grid(size);
@@ -85,17 +139,17 @@ impl Sampler {
             let target = self.options.points.target(size);
             seeds = border_points(size, border_count(size, target));
             let target = target - seeds.len();
-            inside = self.choose(features, &grid, target);
+            inside = self.pick(features, &grid, target);
             spread(&mut inside, target, &grid, seed);
         }
         seeds.extend(inside.iter().map(|&(x, y)| Point::pixel_centre(x, y)));
-        Sampled { born: seeds.len(), seeds, ..Sampled::default() }
+        seeds
     }
 
     /// At most `target` pixels, by the method's own level two.
-    fn choose(&self, features: &Features, grid: &HexGrid, target: usize) -> Vec<(u32, u32)> {
+    fn pick(&self, features: &Features, grid: &HexGrid, target: usize) -> Vec<(u32, u32)> {
         let seed = self.options.seed;
-        let Features { candidates, score } = features;
+        let Features { candidates, score, .. } = features;
         match self.options.method {
             Method::Hrlp => {
                 let mut binned = self.binned(features, grid);
@@ -164,9 +218,9 @@ mod tests {
         for points in [1, 2, 3, 10, 57, 500, 4000, 9600] {
             for every in [1, 3, 200] {
                 let options = Options { points: Points::Count(points), ..Options::default() };
-                let sampled = Sampler::new(&options).sample(&features(size, every));
-                assert_eq!(sampled.seeds.len(), points as usize, "{points} points, every {every}");
-                let mesh = triangulate(size, &sampled.seeds).expect("distinct seeds");
+                let seeds = Sampler::new(&options).choose(&features(size, every));
+                assert_eq!(seeds.len(), points as usize, "{points} points, every {every}");
+                let mesh = triangulate(size, &seeds).expect("distinct seeds");
                 assert_eq!(mesh.check(), Ok(()));
             }
         }
@@ -174,18 +228,18 @@ mod tests {
 
     #[test]
     fn a_frame_too_small_for_seeds_has_none() {
-        let sampled = Sampler::new(&Options::default()).sample(&features(Size::new(1, 1), 1));
-        assert!(sampled.seeds.is_empty());
+        let seeds = Sampler::new(&Options::default()).choose(&features(Size::new(1, 1), 1));
+        assert!(seeds.is_empty());
     }
 
     #[test]
     fn a_given_density_fixes_the_grid_and_the_number_follows() {
         let size = Size::new(120, 80);
         let options = Options { hex_density: Some(0.01), ..Options::default() };
-        let mut sampler = Sampler::new(&options);
+        let sampler = Sampler::new(&options);
         assert!((sampler.grid(size).cell_area() - 96.0).abs() < 1e-9);
         // Half of about 100 cells are dense and keep four.
-        let seeds = sampler.sample(&features(size, 1)).seeds.len();
+        let seeds = sampler.choose(&features(size, 1)).len();
         assert!((200..300).contains(&seeds), "{seeds}");
     }
 }

@@ -8,17 +8,16 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ChildStdin;
 
-use tempfile::TempPath;
-
 use crate::colour::{Coding, Layout, Sampling, Siting, from_rgba};
 use crate::error::{Error, Result};
 use crate::frame::{Colorimetry, Rational, Rgba, StreamInfo, check_size};
 use crate::geom::Size;
 use crate::sink::codec::{Container, Encoder};
 use crate::sink::nut::NutWriter;
+use crate::sink::place::Place;
 use crate::sink::remux::{Beside, Finished, Last, placing, remux};
 use crate::sink::sound::{self, Sound, Streams};
-use crate::sink::{Picture, Sink};
+use crate::sink::{Picture, Sink, SinkOptions};
 use crate::source::child::{self, Child, Pipe, arguments};
 
 /// How to encode.
@@ -38,8 +37,6 @@ pub struct VideoOptions {
     pub ffmpeg_args: Vec<String>,
     /// The program to use as ffmpeg. Default `None`: the one on the search path.
     pub ffmpeg: Option<PathBuf>,
-    /// What shows through transparent pixels: video has no alpha. Default black.
-    pub background: Rgba,
 }
 
 impl Default for VideoOptions {
@@ -51,7 +48,6 @@ impl Default for VideoOptions {
             audio: true,
             ffmpeg_args: Vec::new(),
             ffmpeg: None,
-            background: [0, 0, 0, 255],
         }
     }
 }
@@ -82,9 +78,9 @@ impl VideoSpec {
 
 /// A video file being written.
 pub struct VideoSink {
-    path: PathBuf,
     container: Container,
-    options: VideoOptions,
+    ffmpeg: Option<PathBuf>,
+    background: Rgba,
     spec: VideoSpec,
     layout: Layout,
     coding: Coding,
@@ -96,7 +92,7 @@ pub struct VideoSink {
     writer: Option<NutWriter<Pipe<ChildStdin>>>,
     child: Child,
     /// After the child: it is ended before its file is removed.
-    file: TempPath,
+    place: Place,
     planes: Vec<u8>,
     first: Option<Rational>,
     last_pts: Option<u64>,
@@ -125,13 +121,14 @@ fn coarse_time_base(rate: Option<Rational>, limit: i64) -> Rational {
 }
 
 impl VideoSink {
-    /// Starts an encoder for the file `path`, whose extension tells the container. A file that stands
-    /// there is replaced at the end.
+    /// Starts an encoder for the file `path`, whose extension tells the container. Of `with`,
+    /// `sound` is not looked at: that of `spec` counts.
     ///
     /// # Errors
     /// [`Error::Usage`] for options that cannot be meant, [`Error::Output`] when ffmpeg is missing or
     /// there is no place to write to, [`Error::Input`] when the source of the sound cannot be read.
-    pub fn create(path: &Path, spec: VideoSpec, options: VideoOptions) -> Result<Self> {
+    pub fn create(path: &Path, spec: VideoSpec, with: &SinkOptions) -> Result<Self> {
+        let SinkOptions { background, video: options, .. } = with;
         check_size(spec.size)?;
         let container = Container::of(path).ok_or_else(|| {
             Error::usage(format!("{}: not .mp4, .mov, .mkv or .webm", path.display()))
@@ -156,7 +153,7 @@ impl VideoSink {
             Some(sound) => Streams::of(sound, ffmpeg)?,
             None => None,
         };
-        let file = beside(path)?;
+        let place = Place::reserve(path, with)?;
         let (picture_args, sound_args) = sound::part(&options.ffmpeg_args);
         let mut args = input_arguments(&tags, time_base);
         args.extend(encoder.tag(container));
@@ -164,7 +161,7 @@ impl VideoSink {
         args.extend(tag_arguments(&tags));
         args.extend(picture_args);
         args.extend(placing(container, time_base, streams.is_none()));
-        args.push(child::address(&file));
+        args.push(child::address(place.path()));
         let fail = |what: String| Error::output(path, what);
         let mut child = Child::spawn(&child::ffmpeg_program(ffmpeg), &args).map_err(fail)?;
         let stdin =
@@ -174,9 +171,9 @@ impl VideoSink {
         let layout =
             Layout { size, sampling: Sampling::Yuv420, siting: Siting::Left, alpha: false };
         Ok(Self {
-            path: path.into(),
             container,
-            options,
+            ffmpeg: options.ffmpeg.clone(),
+            background: *background,
             spec,
             layout,
             coding,
@@ -186,18 +183,13 @@ impl VideoSink {
             warnings,
             writer,
             child,
-            file,
+            place,
             planes: Vec::new(),
             first: None,
             last_pts: None,
             count: 0,
             end: Rational::ZERO,
         })
-    }
-
-    /// What the user should know about the output.
-    pub fn warnings(&self) -> &[String] {
-        &self.warnings
     }
 
     /// The time of a picture in units of the time base: the nearest, but after the one before.
@@ -215,7 +207,7 @@ impl VideoSink {
             Ok(_) => self.child.last_words(),
             Err(error) => error.to_string(),
         };
-        Error::output(&self.path, format!("the encoder failed: {words}"))
+        Error::output(self.place.named(), format!("the encoder failed: {words}"))
     }
 
     /// Where the sound ends, if before its own end: with the picture where that was asked to end
@@ -242,14 +234,14 @@ impl VideoSink {
     }
 
     /// Adds what could not be told before, the sound above all. `None` if there is nothing to add.
-    fn complete(&self) -> Result<Option<TempPath>> {
+    fn complete(&self) -> Result<Option<Place>> {
         let last = self.last();
         if self.streams.is_none() && last.is_none() {
             return Ok(None);
         }
-        let completed = beside(&self.path)?;
+        let completed = self.place.another()?;
         let picture = Finished {
-            path: &self.file,
+            path: self.place.path(),
             container: self.container,
             time_base: self.time_base,
             first: self.first.unwrap_or(Rational::ZERO),
@@ -260,10 +252,10 @@ impl VideoSink {
             end: self.sound_end(streams),
             options: &self.sound_args,
         });
-        remux(&picture, sound.as_ref(), &completed, self.options.ffmpeg.as_deref()).map_err(
+        remux(&picture, sound.as_ref(), completed.path(), self.ffmpeg.as_deref()).map_err(
             |words| {
                 let what = format!("the file could not be completed: {words}");
-                Error::output(&self.path, what)
+                Error::output(self.place.named(), what)
             },
         )?;
         Ok(Some(completed))
@@ -271,17 +263,21 @@ impl VideoSink {
 }
 
 impl Sink for VideoSink {
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
     fn write(&mut self, picture: Picture) -> Result<()> {
         let (frame, span) = (picture.frame, picture.span);
         if frame.size() != self.spec.size {
             let what = format!("a picture of {} among those of {}", frame.size(), self.spec.size);
-            return Err(Error::output(&self.path, what));
+            return Err(Error::output(self.place.named(), what));
         }
         let pts = self.pts(span.start);
         let opaque = frame.is_opaque();
         let mut pixels = frame.into_pixels();
         if !opaque {
-            lay_over(&mut pixels, self.options.background);
+            lay_over(&mut pixels, self.background);
         }
         from_rgba(self.spec.size, &pixels, &self.layout, self.coding, &mut self.planes);
         let written = match &mut self.writer {
@@ -301,44 +297,22 @@ impl Sink for VideoSink {
 
     fn finish(mut self: Box<Self>) -> Result<()> {
         if self.first.is_none() {
-            return Err(Error::output(&self.path, "there is not one frame to write"));
+            return Err(Error::output(self.place.named(), "there is not one frame to write"));
         }
         self.writer = None;
-        let status = self.child.wait().map_err(|e| Error::output(&self.path, e.to_string()))?;
+        let status =
+            self.child.wait().map_err(|e| Error::output(self.place.named(), e.to_string()))?;
         if !status.success() || self.child.complained() {
             return Err(self.fallen());
         }
         let completed = self.complete()?;
-        let path = self.path.clone();
-        let Self { file, .. } = *self;
-        let file = completed.unwrap_or(file);
-        file.persist(&path).map_err(|error| Error::output(&path, error.to_string()))
+        completed.unwrap_or(self.place).commit()
     }
 }
 
 /// Both sides rounded up to even.
 fn even(size: Size) -> Size {
     Size::new(size.width.next_multiple_of(2), size.height.next_multiple_of(2))
-}
-
-/// An empty file beside `path`, removed when dropped.
-fn beside(path: &Path) -> Result<TempPath> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".polyreel-").suffix(".part");
-    #[cfg(unix)]
-    {
-        // As any new file: what the umask leaves. The default would be for the owner alone.
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    let file = builder.tempfile_in(folder).map_err(|error| {
-        Error::output(path, format!("cannot write to {}: {error}", folder.display()))
-    })?;
-    Ok(file.into_temp_path())
 }
 
 /// The tags of the output: those of the source, or BT.709 for what was RGB.

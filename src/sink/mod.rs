@@ -21,7 +21,10 @@ use crate::error::{Error, Result};
 use crate::frame::{Fill, Frame, Loops, Rgba, Span, StreamInfo};
 use crate::pattern::Pattern;
 
+use codec::Container;
+use ffmpeg::{VideoOptions, VideoSink, VideoSpec};
 use place::Series;
+use sound::Sound;
 use still::Format;
 
 /// A finished frame on its way to a sink.
@@ -49,6 +52,11 @@ pub trait Sink: Send {
     /// # Errors
     /// When the last bytes cannot be written.
     fn finish(self: Box<Self>) -> Result<()>;
+
+    /// What the user should know about the output, in sentences. Default: nothing.
+    fn warnings(&self) -> &[String] {
+        &[]
+    }
 }
 
 /// How an output is written.
@@ -64,6 +72,10 @@ pub struct SinkOptions {
     pub inputs: Vec<PathBuf>,
     /// Quality of JPEG, 1 to 100. Default: 90.
     pub quality: Option<u8>,
+    /// How video is encoded.
+    pub video: VideoOptions,
+    /// The sound that goes into a video. Default: none.
+    pub sound: Option<Sound>,
 }
 
 impl Default for SinkOptions {
@@ -74,12 +86,15 @@ impl Default for SinkOptions {
             loops: None,
             inputs: Vec::new(),
             quality: None,
+            video: VideoOptions::default(),
+            sound: None,
         }
     }
 }
 
 /// Makes the sink that `output` asks for by its name: a still (`.png`, `.jpg`, `.webp` ...), a
-/// numbered sequence (`frame_%04d.png`, or a folder), a `.gif`, or `null:`, which discards.
+/// numbered sequence (`frame_%04d.png`, or a folder), a `.gif`, a video (`.mp4`, `.webm`, `.mkv`,
+/// `.mov`), a `.y4m`, `-` for y4m on standard output, or `null:`, which discards.
 /// `info` is the stream that will be written.
 ///
 /// # Errors
@@ -90,8 +105,7 @@ pub fn create(output: &str, info: &StreamInfo, options: &SinkOptions) -> Result<
         return Ok(Box::new(null::Null));
     }
     if output == "-" {
-        // VIDEO: y4m on standard output goes to sink/y4m.rs.
-        return Err(Error::usage("video on standard output cannot be written yet"));
+        return y4m::Y4mSink::standard(info);
     }
     let path = Path::new(output);
     if output.ends_with(std::path::is_separator) || path.is_dir() {
@@ -119,12 +133,31 @@ pub fn create(output: &str, info: &StreamInfo, options: &SinkOptions) -> Result<
     }
     match extension {
         "gif" => Ok(Box::new(gif::Gif::create(path, info, options)?)),
-        // VIDEO: y4m goes to sink/y4m.rs; mp4, webm, mkv, mov ... to sink/ffmpeg.rs.
+        "y4m" => Ok(Box::new(y4m::Y4mFile::create(path, info, options)?)),
+        _ if Container::of(path).is_some() => {
+            if info.still {
+                return Err(no_video_of_a_still(path));
+            }
+            let spec = VideoSpec { sound: options.sound.clone(), ..VideoSpec::of(info, info.size) };
+            Ok(Box::new(VideoSink::create(path, spec, options)?))
+        }
         _ => Err(Error::usage(format!(
-            "{output}: the name must end in what to write: {STILLS}, .gif; or name a folder \
-             (frames/), a pattern (frame_%04d.png), or null: to write nothing"
+            "{output}: the name must end in what to write: {STILLS}, .gif, {VIDEOS}, .y4m; \
+             or name a folder (frames/), a pattern (frame_%04d.png), - for y4m on standard output, or \
+             null: to write nothing"
         ))),
     }
+}
+
+/// The containers of video, in words.
+const VIDEOS: &str = ".mp4, .webm, .mkv, .mov";
+
+fn no_video_of_a_still(path: &Path) -> Error {
+    Error::usage(format!(
+        "{} is a video, but the input is one still picture: write {}, or name several pictures",
+        path.display(),
+        path.with_extension("png").display()
+    ))
 }
 
 /// The formats of stills, in words.

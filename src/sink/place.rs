@@ -35,18 +35,30 @@ impl Place {
         check_free(output, options)?;
         // A link stays a link; what it points to is replaced.
         let target = fs::canonicalize(output).unwrap_or_else(|_| output.to_owned());
+        check_folder(output, folder_of(&target))?;
+        Self::beside(output.to_owned(), target, options.overwrite)
+    }
+
+    /// Another file for the same output; only one of the two can be put into its place.
+    ///
+    /// # Errors
+    /// When it cannot be made.
+    pub fn another(&self) -> Result<Self> {
+        Self::beside(self.named.clone(), self.target.clone(), self.overwrite)
+    }
+
+    fn beside(named: PathBuf, target: PathBuf, overwrite: bool) -> Result<Self> {
         let folder = folder_of(&target);
-        check_folder(output, folder)?;
         let suffix =
-            output.extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
+            named.extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
         let mut builder = Builder::new();
         builder.prefix(PREFIX).suffix(&suffix);
         // The usual rights of a new file, less what the user's mask takes away.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let file = builder.tempfile_in(folder).map_err(|e| unwritable(output, folder, &e))?;
+        let file = builder.tempfile_in(folder).map_err(|e| unwritable(&named, folder, &e))?;
         let _note = Unfinished::temporary(file.path());
-        Ok(Self { named: output.to_owned(), target, overwrite: options.overwrite, file, _note })
+        Ok(Self { named, target, overwrite, file, _note })
     }
 
     /// The file to write to.

@@ -80,6 +80,9 @@ pub(crate) fn remux(
     args.extend(placing(container, picture.time_base, true));
     args.push(child::address(to));
     let mut ffmpeg = Child::spawn(&child::ffmpeg_program(ffmpeg), &args)?;
+    if sound.is_some_and(|sound| child::is_url(&sound.streams.source().path)) {
+        ffmpeg.be_patient();
+    }
     let status = ffmpeg.wait().map_err(|error| error.to_string())?;
     if status.success() && !ffmpeg.complained() {
         return Ok(());

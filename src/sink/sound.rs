@@ -1,7 +1,7 @@
 //! The sound that goes beside a picture: where it comes from, and the words for it.
 
 use std::ffi::{OsStr, OsString};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::error::Result;
 use crate::frame::Rational;
@@ -10,17 +10,7 @@ use crate::sink::remux::seconds;
 use crate::source::child::{address, arguments};
 use crate::source::probe::probe_sound;
 
-/// Where sound comes from.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sound {
-    /// The video (or any file with sound).
-    pub path: PathBuf,
-    /// The moment of it, in seconds from its start, at which the picture begins.
-    pub start: Rational,
-    /// Whether the picture was asked to end before the source does: then the sound ends with the
-    /// picture. Else it is kept whole, unless the picture turns out shorter than expected.
-    pub cut: bool,
-}
+pub use crate::source::Sound;
 
 /// The sound streams that are to be put in.
 pub(crate) struct Streams {

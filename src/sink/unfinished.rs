@@ -6,6 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use crate::source::watch;
+
 /// What is unfinished, and how it is removed. A folder sorts before what it holds.
 static BEGUN: Mutex<BTreeMap<PathBuf, Kind>> = Mutex::new(BTreeMap::new());
 
@@ -50,9 +52,10 @@ impl Drop for Unfinished {
     }
 }
 
-/// Removes all unfinished outputs of this process. Only for a process that ends right after: whatever
+/// Removes all unfinished outputs of this process, and ends the programs that read or write for it. Only for a process that ends right after: whatever
 /// is still being written fails, and no output can be begun any more.
 pub fn remove_unfinished() {
+    watch::end_all();
     let begun = begun();
     for (path, kind) in begun.iter().rev() {
         for _ in 0..ATTEMPTS {

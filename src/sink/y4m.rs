@@ -2,16 +2,24 @@
 //!
 //! Written are 4:2:0 with chroma sited as in MPEG-2 (mono and richer samplings on request), the
 //! range of the source if it was video, else limited, and the matrix that the size stands for.
-//! A stream has one rate for all frames, the nominal one: frames of varying length lose theirs.
+//! A stream has one rate for all frames, the nominal one: a frame that is shown for longer is
+//! repeated, so that all begin within half a frame of their times. No frame is left out.
 
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use crate::colour::{Coding, Layout, Range, Sampling, Siting, from_rgba};
 use crate::error::{Error, Result};
 use crate::frame::{Colorimetry, Rational, StreamInfo, check_size};
 use crate::geom::Size;
-use crate::sink::{Picture, Sink};
+use crate::sink::place::Place;
+use crate::sink::{Picture, Sink, SinkOptions};
+
+/// The rate for frames of varying length that come without one: that of the delays in a GIF.
+const FINEST_RATE: Rational = Rational { num: 100, den: 1 };
+/// The rate of a still, as of a stream that tells none.
+const STILL_RATE: Rational = Rational { num: 25, den: 1 };
 
 /// A y4m stream being written. Transparent pixels lose their alpha.
 pub struct Y4mSink<W> {
@@ -22,6 +30,57 @@ pub struct Y4mSink<W> {
     /// The header, until it is written with the first frame.
     header: Option<String>,
     planes: Vec<u8>,
+    rate: Rational,
+    /// The number of the next frame, counted from time 0, once there was one.
+    next: Option<i64>,
+    /// When the last frame ends.
+    end: Rational,
+}
+
+impl Y4mSink<io::Stdout> {
+    /// A stream on standard output, made from `info`.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when that is a terminal.
+    pub(crate) fn standard(info: &StreamInfo) -> Result<Box<dyn Sink>> {
+        let output = io::stdout();
+        if output.is_terminal() {
+            return Err(Error::usage(
+                "standard output is a terminal; pipe it into what reads y4m: polyreel ... -o - | ffplay -",
+            ));
+        }
+        Ok(Box::new(Self::new(output, Path::new("-"), info, info.size, Sampling::Yuv420)?))
+    }
+}
+
+/// A y4m stream in a file.
+pub(crate) struct Y4mFile {
+    stream: Box<Y4mSink<BufWriter<File>>>,
+    place: Place,
+}
+
+impl Y4mFile {
+    /// A file at `path`, made from the stream `info`.
+    ///
+    /// # Errors
+    /// As [`Place::reserve`].
+    pub(crate) fn create(path: &Path, info: &StreamInfo, options: &SinkOptions) -> Result<Self> {
+        let place = Place::reserve(path, options)?;
+        let file = place.file().try_clone().map_err(|error| place.failed(&error))?;
+        let stream = Y4mSink::new(BufWriter::new(file), path, info, info.size, Sampling::Yuv420)?;
+        Ok(Self { stream: Box::new(stream), place })
+    }
+}
+
+impl Sink for Y4mFile {
+    fn write(&mut self, picture: Picture) -> Result<()> {
+        self.stream.write(picture)
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        self.stream.finish()?;
+        self.place.commit()
+    }
 }
 
 impl<W: Write + Send> Y4mSink<W> {
@@ -41,7 +100,8 @@ impl<W: Write + Send> Y4mSink<W> {
         let tags = info.colour.as_ref().map(|c| c.range.clone()).unwrap_or_default();
         let coding = Coding::of(&Colorimetry { range: tags, ..Colorimetry::default() }, size);
         let layout = Layout { size, sampling, siting: Siting::Left, alpha: false };
-        let rate = info.rate.unwrap_or(Rational::new(25, 1));
+        let usual = if info.still { STILL_RATE } else { FINEST_RATE };
+        let rate = info.rate.unwrap_or(usual);
         let space = match sampling {
             Sampling::Gray => "mono",
             Sampling::Yuv420 => "420mpeg2",
@@ -54,7 +114,27 @@ impl<W: Write + Send> Y4mSink<W> {
             size.width, size.height, rate.num, rate.den
         );
         let header = Some(header);
-        Ok(Self { output, path: path.into(), layout, coding, header, planes: Vec::new() })
+        Ok(Self {
+            output,
+            path: path.into(),
+            layout,
+            coding,
+            header,
+            planes: Vec::new(),
+            rate,
+            next: None,
+            end: Rational::ZERO,
+        })
+    }
+
+    /// Shows the frame before until `time`.
+    fn hold(&mut self, time: Rational) -> io::Result<()> {
+        let ticks = time * self.rate;
+        let tick = (2 * ticks.num + ticks.den).div_euclid(2 * ticks.den);
+        let next = self.next.get_or_insert(tick);
+        let missing = tick - *next;
+        *next = tick.max(*next);
+        (0..missing).try_for_each(|_| self.put())
     }
 
     /// A reader that has gone is the end, not a failure.
@@ -83,15 +163,20 @@ impl<W: Write + Send> Sink for Y4mSink<W> {
             let what = format!("a picture of {} among those of {}", frame.size(), self.layout.size);
             return Err(Error::output(&self.path, what));
         }
+        let held = self.hold(picture.span.start);
+        self.told(held)?;
         from_rgba(frame.size(), frame.pixels(), &self.layout, self.coding, &mut self.planes);
         let result = self.put();
+        self.next = self.next.map(|next| next + 1);
+        let length = picture.span.length.or(self.rate.recip()).unwrap_or(Rational::ZERO);
+        self.end = picture.span.start + length;
         self.told(result)
     }
 
     fn finish(mut self: Box<Self>) -> Result<()> {
         let result = match self.header.take() {
             Some(header) => self.output.write_all(header.as_bytes()),
-            None => Ok(()),
+            None => self.hold(self.end),
         };
         let result = result.and_then(|()| self.output.flush());
         self.told(result)
@@ -151,6 +236,29 @@ mod tests {
                 assert!(source.next().expect("the end").is_none());
             }
         }
+    }
+
+    #[test]
+    fn long_frames_are_repeated_and_none_is_left_out() {
+        let size = Size::new(2, 2);
+        let mut bytes = Vec::new();
+        let at10 = StreamInfo { rate: Some(Rational::new(10, 1)), ..info(None) };
+        let sink = Y4mSink::new(&mut bytes, Path::new("-"), &at10, size, Sampling::Gray);
+        let mut sink = Box::new(sink.expect("a size"));
+        // The second and the third would both be number 1; the fourth begins late and lasts long.
+        for (grey, start, length) in [(0, 0, 100), (60, 96, 40), (120, 140, 160), (180, 500, 310)] {
+            let frame = Frame::filled(size, [grey, grey, grey, 255]).expect("a size");
+            let (start, length) = (Rational::new(start, 1000), Rational::new(length, 1000));
+            let span = Span { start, length: Some(length) };
+            sink.write(Picture { span, ..picture(frame) }).expect("memory");
+        }
+        sink.finish().expect("memory");
+        let mut source = Y4mSource::new(&bytes[..], Path::new("-")).expect("our header");
+        let mut greys = Vec::new();
+        while let Some(decoded) = source.next().expect("whole") {
+            greys.push(decoded.frame.at(0, 0)[0] / 60);
+        }
+        assert_eq!(greys, [0, 1, 2, 2, 2, 3, 3, 3]);
     }
 
     /// A reader that goes away at once.

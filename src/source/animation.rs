@@ -10,7 +10,7 @@ use image::codecs::{png::PngDecoder, webp::WebPDecoder};
 use image::{AnimationDecoder, Frames, ImageDecoder, ImageResult};
 
 use super::still::{broken, check_picture, cut_short, limits, title};
-use super::{Decoded, Input, Source, SourceOptions};
+use super::{Decoded, Input, Source};
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Loops, Rational, Span, StreamInfo};
 use crate::geom::Size;
@@ -71,12 +71,7 @@ impl Format {
 ///
 /// # Errors
 /// When its frames are too large.
-pub(crate) fn open(
-    path: PathBuf,
-    format: Format,
-    facts: Facts,
-    options: &SourceOptions,
-) -> Result<Input> {
+pub(crate) fn open(path: PathBuf, format: Format, facts: Facts) -> Result<Input> {
     check_picture(&path, facts.size)?;
     let Facts { size, alpha, loops, lengths, complete } = facts;
     let info = StreamInfo {
@@ -92,19 +87,10 @@ pub(crate) fn open(
         live: false,
         colour: None,
     };
-    let allow_truncated = options.allow_truncated;
     Ok(Input::new(Arc::from([path.clone()]), info, move || {
         let frames =
             frames(&path, format).map_err(|e| Error::input(&path, broken(&e, format.word())))?;
-        Ok(Box::new(Animation {
-            frames,
-            path,
-            format,
-            time: Rational::ZERO,
-            number: 0,
-            complete,
-            allow_truncated,
-        }))
+        Ok(Box::new(Animation { frames, path, format, time: Rational::ZERO, number: 0, complete }))
     }))
 }
 
@@ -129,7 +115,6 @@ struct Animation {
     time: Rational,
     number: u64,
     complete: bool,
-    allow_truncated: bool,
 }
 
 impl Source for Animation {
@@ -148,9 +133,6 @@ impl Source for Animation {
             None if self.complete => return Ok(None),
             _ => cut_short(&title(self.format.word()), "frames are missing"),
         };
-        if self.allow_truncated && self.number > 0 {
-            return Ok(None);
-        }
         Err(Error::input_frame(&self.path, self.number, what))
     }
 }

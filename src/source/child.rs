@@ -16,7 +16,7 @@ use std::time::Duration;
 
 use ffmpeg_sidecar::command::FfmpegCommand;
 
-use crate::source::watch::{PATIENCE, TICK, Watch, kill, lock};
+use crate::source::watch::{LONG_PATIENCE, TICK, Watch, kill, lock, running};
 
 /// Lines of standard error that are kept, and their length in bytes.
 const TAIL: usize = 20;
@@ -99,7 +99,10 @@ impl Child {
         let mut command: Command = command.into();
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let mut running = running();
         let inner = spawn_patiently(&mut command).map_err(|error| no_start(program, &error))?;
+        running.insert(inner.id(), false);
+        drop(running);
         Self::watched(inner).map_err(|error| no_start(program, &error))
     }
 
@@ -118,6 +121,16 @@ impl Child {
         let watch = Arc::clone(&child.watch);
         thread::Builder::new().name("ffmpeg-watch".into()).spawn(move || watch.run())?;
         Ok(child)
+    }
+
+    /// Gives it a minute to go on: it waits for a network or a camera.
+    pub(crate) fn be_patient(&self) {
+        self.watch.patience.store(LONG_PATIENCE, Ordering::Relaxed);
+    }
+
+    /// Makes it one of those that [`hang_up`](crate::source::hang_up) ends.
+    pub(crate) fn may_hang_up(&self) {
+        running().entry(self.watch.pid).and_modify(|endless| *endless = true);
     }
 
     /// The child's standard input. There is one only once.
@@ -153,11 +166,13 @@ impl Child {
     }
 
     fn reap(&mut self) -> io::Result<()> {
+        let mut running = running();
         let mut reaped = lock(&self.watch.reaped);
         if self.status.is_none() {
             self.status = self.inner.try_wait()?;
         }
         if self.status.is_some() {
+            running.remove(&self.watch.pid);
             *reaped = true;
             self.watch.ended.notify_all();
         }
@@ -168,7 +183,8 @@ impl Child {
     pub(crate) fn last_words(&self) -> String {
         let said = self.said();
         let mut text = if self.watch.hung.load(Ordering::Relaxed) {
-            format!("it stopped working and was ended after {} s", (TICK * PATIENCE).as_secs())
+            let patience = TICK * self.watch.patience.load(Ordering::Relaxed);
+            format!("it stopped working and was ended after {} s", patience.as_secs())
         } else {
             match self.status {
                 Some(status) if !status.success() => status.to_string(),
@@ -211,8 +227,10 @@ impl Drop for Child {
             kill(self.watch.pid);
             // Falls through to the child itself where there are no process groups.
             let _ = self.inner.kill();
+            let mut running = running();
             let mut reaped = lock(&self.watch.reaped);
             let _ = self.inner.wait();
+            running.remove(&self.watch.pid);
             *reaped = true;
             self.watch.ended.notify_all();
         }

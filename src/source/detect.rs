@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use image::ImageFormat;
 
@@ -19,6 +19,8 @@ pub(crate) enum Kind {
     Y4m,
     /// None of these: a video, or no picture at all.
     Other,
+    /// A pipe, whose first bytes cannot be looked at twice.
+    Stream,
 }
 
 /// Bytes that tell every kind apart.
@@ -26,7 +28,7 @@ const MAGIC: usize = 16;
 
 /// Extensions of the pictures that can be read; a folder's files with one of these are meant to be
 /// pictures, whatever they hold.
-pub(crate) const PICTURE_EXTENSIONS: [&str; 14] = [
+const PICTURE_EXTENSIONS: [&str; 14] = [
     "png", "apng", "jpg", "jpeg", "jfif", "webp", "bmp", "tif", "tiff", "pnm", "pbm", "pgm", "ppm",
     "gif",
 ];
@@ -34,12 +36,28 @@ pub(crate) const PICTURE_EXTENSIONS: [&str; 14] = [
 /// The formats that can be read, in words.
 pub(crate) const READABLE: &str = "PNG, JPEG, WebP, BMP, TIFF, PNM or GIF";
 
+/// Whether the extension of `path` is that of a picture.
+pub(crate) fn is_called_picture(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| {
+        PICTURE_EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+    })
+}
+
+/// The error of a file that should be a picture.
+pub(crate) fn no_picture(path: PathBuf) -> Error {
+    let what = format!("is not a picture that can be read; expected {READABLE} by content");
+    Error::input(path, what)
+}
+
 /// What `path` is.
 ///
 /// # Errors
 /// When it is missing, unreadable, a folder, or empty.
 pub(crate) fn detect(path: &Path) -> Result<Kind> {
     let mut magic = Vec::with_capacity(MAGIC);
+    if is_pipe(path) {
+        return Ok(Kind::Stream);
+    }
     open(path)?
         .take(MAGIC as u64)
         .read_to_end(&mut magic)
@@ -48,6 +66,18 @@ pub(crate) fn detect(path: &Path) -> Result<Kind> {
         return Err(Error::input(path, "the file is empty; expected a picture or a video"));
     }
     Ok(kind(&magic))
+}
+
+/// Whether `path` is a named pipe, or the end of one (`/dev/fd/63`, as shells have it).
+#[cfg(unix)]
+fn is_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    std::fs::metadata(path).is_ok_and(|file| file.file_type().is_fifo())
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_path: &Path) -> bool {
+    false
 }
 
 /// Opens a file, not a folder.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::detect::{self, Kind, PICTURE_EXTENSIONS, READABLE};
+use super::detect::{self, Kind, READABLE};
 use crate::error::{Error, Result};
 use crate::pattern::Pattern;
 
@@ -49,13 +49,13 @@ fn folder(path: &Path) -> Result<Vec<PathBuf>> {
     for entry in std::fs::read_dir(path).map_err(unreadable)? {
         let entry = entry.map_err(unreadable)?;
         let file = entry.path();
-        if !entry.file_name().to_string_lossy().starts_with('.') && file.is_file() {
-            let called = file.extension().is_some_and(|e| {
-                PICTURE_EXTENSIONS.iter().any(|known| e.eq_ignore_ascii_case(known))
-            });
-            if called || matches!(detect::detect(&file), Ok(Kind::Picture(_) | Kind::Gif)) {
-                files.push(file);
-            }
+        let shown = !entry.file_name().to_string_lossy().starts_with('.') && file.is_file();
+        let meant = || {
+            detect::is_called_picture(&file)
+                || matches!(detect::detect(&file), Ok(Kind::Picture(_) | Kind::Gif))
+        };
+        if shown && meant() {
+            files.push(file);
         }
     }
     if files.is_empty() {

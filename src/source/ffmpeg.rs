@@ -9,14 +9,38 @@ use std::ffi::OsString;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::ChildStdout;
+use std::sync::Arc;
 
 use crate::colour::{Coding, Range, to_rgba};
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Rational, Span, StreamInfo};
 use crate::source::child::{self, Child, Pipe};
 use crate::source::nut::NutReader;
-use crate::source::probe::{Pixels, Probed, Track, probe};
-use crate::source::{Decoded, Source};
+use crate::source::probe::{self, Pixels, Probed, Track, probe};
+use crate::source::{Decoded, Input, Sound, Source, SourceOptions};
+
+/// Whether `path` is for ffmpeg to open: a URL, or a camera.
+pub(crate) fn is_address(path: &Path) -> bool {
+    child::is_url(path) || probe::is_camera(path)
+}
+
+/// Opens the video `path` as [`Video::open`] does.
+///
+/// # Errors
+/// As [`Video::open`].
+pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
+    let video = Video::open(&path, options.ffmpeg.as_deref())?;
+    let info = video.info().clone();
+    // What is live cannot be read a second time.
+    let sound = (info.audio.is_some() && !info.live).then(|| Sound {
+        path: path.clone(),
+        start: options.start.unwrap_or(Rational::ZERO),
+        cut: options.end.is_some() || options.frames.is_some(),
+    });
+    let files: Arc<[PathBuf]> = if is_address(&path) { Arc::from([]) } else { Arc::from([path]) };
+    let input = Input::new(files, info, move || Ok(Box::new(video.start()?)));
+    Ok(input.with_sound(sound))
+}
 
 /// A video that has been looked at but not started.
 #[derive(Clone, Debug)]
@@ -51,6 +75,10 @@ impl Video {
         let program = child::ffmpeg_program(self.ffmpeg.as_deref());
         let mut child = Child::spawn(&program, &arguments(&self.path, info, track))
             .map_err(|what| Error::input(&self.path, what))?;
+        if is_address(&self.path) {
+            child.be_patient();
+            child.may_hang_up();
+        }
         let stdout = child
             .stdout()
             .ok_or_else(|| Error::input(&self.path, "ffmpeg came without standard output"))?;
@@ -64,6 +92,7 @@ impl Video {
             ahead: None,
             spare: Vec::new(),
             outcome: None,
+            from: Rational::ZERO,
             delivered: 0,
             received: 0,
             last_start: None,
@@ -81,7 +110,7 @@ fn arguments(path: &Path, info: &StreamInfo, track: &Track) -> Vec<OsString> {
     if let Some(decoder) = track.decoder {
         args.extend(child::arguments([&"-c:v", &decoder]));
     }
-    args.extend(crate::source::probe::input_format(path));
+    args.extend(probe::input_format(path));
     args.extend([OsString::from("-i"), child::address(path)]);
     args.extend(child::arguments([&"-map", &format!("0:{}", track.index), &"-an", &"-sn", &"-dn"]));
     let size = info.size;
@@ -124,6 +153,8 @@ pub struct VideoSource {
     spare: Vec<u8>,
     /// How it ended, once it has: what is wrong, if anything.
     outcome: Option<Result<(), String>>,
+    /// Frames before this moment are not wanted.
+    from: Rational,
     delivered: u64,
     received: u64,
     last_start: Option<Rational>,
@@ -155,6 +186,18 @@ impl VideoSource {
         (self.reader, self.stdout) = (None, None);
         self.outcome = Some(self.judge(broken));
         None
+    }
+
+    /// The first frame that is wanted; those before it are not converted.
+    fn wanted(&mut self) -> Option<Raw> {
+        loop {
+            let raw = self.read()?;
+            if raw.start >= self.from {
+                return Some(raw);
+            }
+            self.spare = raw.data;
+            self.delivered += 1;
+        }
     }
 
     fn read_into(&mut self, data: &mut Vec<u8>) -> io::Result<Option<Rational>> {
@@ -220,8 +263,12 @@ impl VideoSource {
 }
 
 impl Source for VideoSource {
+    fn skip_to(&mut self, start: Rational) {
+        self.from = start;
+    }
+
     fn next(&mut self) -> Result<Option<Decoded>> {
-        let Some(raw) = self.ahead.take().or_else(|| self.read()) else {
+        let Some(raw) = self.ahead.take().or_else(|| self.wanted()) else {
             return match self.outcome.take() {
                 Some(Err(what)) => Err(Error::input_frame(&self.path, self.delivered, what)),
                 _ => Ok(None),

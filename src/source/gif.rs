@@ -204,6 +204,8 @@ struct Gif {
     hundredths: i64,
     still: bool,
     allow_truncated: bool,
+    /// What was wrong with the first frame, which was delivered all the same.
+    spoilt: Option<Failure>,
 }
 
 impl Source for Gif {
@@ -218,7 +220,6 @@ impl Source for Gif {
                 Ok(Some(Decoded { frame, span: Span { start, length } }))
             }
             Ok(None) => Ok(None),
-            Err(_) if self.allow_truncated && self.number > 0 => Ok(None),
             Err(Failure::Decoder(e)) => {
                 Err(Error::input_frame(&self.path, self.number, broken(&e)))
             }
@@ -260,11 +261,15 @@ impl Gif {
             hundredths: 0,
             still,
             allow_truncated,
+            spoilt: None,
         })
     }
 
     /// Reads the next frame onto the canvas and returns its delay in hundredths of a second.
     fn read(&mut self) -> Result<Option<u16>, Failure> {
+        if let Some(failure) = self.spoilt.take() {
+            return Err(failure);
+        }
         let Some(frame) = self.decoder.next_frame_info()? else { return Ok(None) };
         let (area, dispose, delay) = (Area::of(frame), frame.dispose, frame.delay);
         let (transparent, interlaced) = (frame.transparent, frame.interlaced);
@@ -279,11 +284,14 @@ impl Gif {
         if !self.indices.is_empty() {
             // All rows at once: the crate's own way with interlaced frames loses the last pixels of
             // narrow ones.
-            match self.decoder.fill_buffer(&mut self.indices) {
-                Ok(true) => {}
-                _ if forgiving => {}
-                Ok(false) => return Err(Failure::Short),
-                Err(e) => return Err(e.into()),
+            let failure = match self.decoder.fill_buffer(&mut self.indices) {
+                Ok(true) => None,
+                Ok(false) => Some(Failure::Short),
+                Err(e) => Some(e.into()),
+            };
+            match failure {
+                Some(failure) if !forgiving => return Err(failure),
+                spoilt => self.spoilt = spoilt,
             }
         }
         self.dispose();

@@ -18,7 +18,7 @@ pub(crate) mod watch;
 mod webp;
 pub mod y4m;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use image::ImageFormat;
@@ -26,7 +26,9 @@ use image::ImageFormat;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Rational, Span, StreamInfo};
 
-use detect::{Kind, READABLE};
+pub use watch::hang_up;
+
+use detect::Kind;
 use resize::Resize;
 use trim::{Part, Trim};
 
@@ -47,6 +49,11 @@ pub trait Source {
     /// # Errors
     /// When the input is truncated or broken; the frames before have been delivered.
     fn next(&mut self) -> Result<Option<Decoded>>;
+
+    /// Nobody wants the frames that start before `start`: they may be left out, which is quicker
+    /// than to deliver them. Called before the first [`Source::next`], if at all. Default: they
+    /// are delivered all the same.
+    fn skip_to(&mut self, _start: Rational) {}
 }
 
 /// What of an input is read, and how. The default reads all of it as it is.
@@ -63,11 +70,23 @@ pub struct SourceOptions {
     pub fps: Option<Rational>,
     /// Frames whose longest side is above this many pixels are shrunk to it. Default: never.
     pub max_size: Option<u32>,
-    /// Whether an input that ends too early is taken as if it ended there. Default: it is an error,
-    /// after the frames that could be read.
+    /// Whether of a single picture that ends too early its upper part is delivered, before the error
+    /// that tells so. Whole frames always are. Default: no.
     pub allow_truncated: bool,
     /// The ffmpeg program that reads video. Default: the one that the system finds.
     pub ffmpeg: Option<PathBuf>,
+}
+
+/// Where sound comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sound {
+    /// The video (or any file with sound).
+    pub path: PathBuf,
+    /// The moment of it, in seconds from its start, at which the picture begins.
+    pub start: Rational,
+    /// Whether the picture was asked to end before the source does: then the sound ends with the
+    /// picture. Else it is kept whole, unless the picture turns out shorter than expected.
+    pub cut: bool,
 }
 
 /// Frames per second of a sequence of pictures that nobody gave a rate.
@@ -80,6 +99,7 @@ type Starter = Box<dyn FnOnce() -> Result<Box<dyn Source>> + Send>;
 pub struct Input {
     paths: Arc<[PathBuf]>,
     info: StreamInfo,
+    sound: Option<Sound>,
     start: Starter,
 }
 
@@ -96,7 +116,12 @@ impl Input {
         info: StreamInfo,
         start: impl FnOnce() -> Result<Box<dyn Source>> + Send + 'static,
     ) -> Self {
-        Self { paths, info, start: Box::new(start) }
+        Self { paths, info, sound: None, start: Box::new(start) }
+    }
+
+    /// The same with sound.
+    pub(crate) fn with_sound(self, sound: Option<Sound>) -> Self {
+        Self { sound, ..self }
     }
 
     /// The files that are read, none for standard input.
@@ -107,6 +132,11 @@ impl Input {
     /// What the headers tell, with `start`, `end`, `frames` and `max_size` taken into account.
     pub fn info(&self) -> &StreamInfo {
         &self.info
+    }
+
+    /// The sound of the part that is read, if there is any that can be read beside the frames.
+    pub fn sound(&self) -> Option<&Sound> {
+        self.sound.as_ref()
     }
 
     /// Builds the decoder. Call it on the thread that will ask for frames.
@@ -143,8 +173,12 @@ pub fn files(inputs: &[String]) -> Result<Vec<PathBuf>> {
 
 fn recognised(inputs: &[String], part: Option<Part>, options: &SourceOptions) -> Result<Input> {
     if inputs == ["-"] {
-        // VIDEO: y4m on standard input goes to source/y4m.rs.
-        return Err(Error::input("-", "video on standard input cannot be read yet"));
+        return y4m::open_standard();
+    }
+    if let [one] = inputs
+        && ffmpeg::is_address(Path::new(one))
+    {
+        return ffmpeg::open(one.into(), options);
     }
     let mut paths = expand::expand(inputs)?;
     if paths.len() > 1 {
@@ -158,26 +192,28 @@ fn recognised(inputs: &[String], part: Option<Part>, options: &SourceOptions) ->
     match detect::detect(&path)? {
         Kind::Gif => gif::open(path, options),
         Kind::Picture(ImageFormat::Png) => match apng::facts(&path)? {
-            Some(facts) => animation::open(path, animation::Format::Apng, facts, options),
+            Some(facts) => animation::open(path, animation::Format::Apng, facts),
             None => sequence::open_still(path, ImageFormat::Png, options),
         },
         Kind::Picture(ImageFormat::WebP) => match webp::facts(&path)? {
-            Some(facts) => animation::open(path, animation::Format::WebP, facts, options),
+            Some(facts) => animation::open(path, animation::Format::WebP, facts),
             None => sequence::open_still(path, ImageFormat::WebP, options),
         },
         Kind::Picture(format) => sequence::open_still(path, format, options),
-        // VIDEO: Y4m goes to source/y4m.rs, Other to source/ffmpeg.rs, which knows whether it is one.
-        Kind::Y4m | Kind::Other => Err(Error::input(
-            path,
-            format!("is not a picture that can be read; expected {READABLE} by content"),
-        )),
+        Kind::Y4m | Kind::Stream => y4m::open(path),
+        Kind::Other => {
+            let picture = detect::is_called_picture(&path);
+            let video = ffmpeg::open(path.clone(), options);
+            video.map_err(|error| if picture { detect::no_picture(path) } else { error })
+        }
     }
 }
 
 fn trimmed(input: Input, part: Option<Part>) -> Input {
     let Some(part) = part else { return input };
-    let Input { paths, info, start } = input;
+    let Input { paths, info, sound, start } = input;
     Input::new(paths, part.info(info), move || Ok(Box::new(Trim::new(start()?, part))))
+        .with_sound(sound)
 }
 
 fn resized(input: Input, options: &SourceOptions) -> Input {
@@ -186,7 +222,7 @@ fn resized(input: Input, options: &SourceOptions) -> Input {
     if to == from {
         return input;
     }
-    let Input { paths, mut info, start } = input;
+    let Input { paths, mut info, sound, start } = input;
     info.size = to;
-    Input::new(paths, info, move || Ok(Box::new(Resize::new(start()?, from, to))))
+    Input::new(paths, info, move || Ok(Box::new(Resize::new(start()?, from, to)))).with_sound(sound)
 }

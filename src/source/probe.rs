@@ -74,6 +74,9 @@ fn ask(path: &Path, ffmpeg: Option<&Path>) -> Result<Value> {
     args.extend(input_format(path));
     args.extend([OsString::from("-i"), child::address(path)]);
     let mut probe = Child::spawn(&child::ffprobe_program(ffmpeg), &args).map_err(fail)?;
+    if child::is_url(path) || is_camera(path) {
+        probe.be_patient();
+    }
     let mut answer = String::new();
     if let Some(stdout) = probe.stdout() {
         stdout
@@ -93,7 +96,7 @@ pub(crate) fn input_format(path: &Path) -> Vec<OsString> {
     if is_camera(path) { child::arguments([&"-f", &"v4l2"]) } else { Vec::new() }
 }
 
-fn is_camera(path: &Path) -> bool {
+pub(crate) fn is_camera(path: &Path) -> bool {
     path.to_str().is_some_and(|text| text.starts_with("/dev/video"))
 }
 
@@ -106,6 +109,10 @@ pub(crate) fn probe(path: &Path, ffmpeg: Option<&Path>) -> Result<Probed> {
     let stream = streams(&answer, "video")
         .find(|stream| stream["disposition"]["attached_pic"].as_u64() != Some(1))
         .ok_or_else(|| Error::input(path, "there is no video in it"))?;
+    if text(&answer["format"], "format_name") == Some("tty") {
+        // ffmpeg takes any text for a film of a terminal.
+        return Err(Error::input(path, "is text, neither a picture nor a video"));
+    }
     let pix_fmt = text(stream, "pix_fmt")
         .ok_or_else(|| Error::input(path, "ffmpeg has no decoder for this video"))?;
     let size = shown_size(stream).ok_or_else(|| Error::input(path, "the video has no size"))?;

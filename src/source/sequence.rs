@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use image::ImageFormat;
 
-use super::detect::{self, Kind, READABLE};
+use super::detect::{self, Kind};
 use super::still::{self, Header};
 use super::{Decoded, Input, SEQUENCE_RATE, Source, SourceOptions};
 use crate::error::{Error, Result};
@@ -88,7 +88,7 @@ fn input(
     let (size, allow_truncated) = (info.size, options.allow_truncated);
     let files = paths.clone();
     Input::new(files, info, move || {
-        Ok(Box::new(Sequence { paths, next: 0, size, length, allow_truncated }))
+        Ok(Box::new(Sequence { paths, next: 0, size, length, allow_truncated, cut: None }))
     })
 }
 
@@ -99,12 +99,10 @@ fn picture(path: &Path) -> Result<ImageFormat> {
         Kind::Gif => {
             Err(Error::input(path, "a GIF cannot be one picture of a sequence; name it alone"))
         }
-        Kind::Y4m => {
+        Kind::Y4m | Kind::Stream => {
             Err(Error::input(path, "a video cannot be one picture of a sequence; name it alone"))
         }
-        Kind::Other => {
-            Err(Error::input(path, format!("is not a picture; expected {READABLE} by content")))
-        }
+        Kind::Other => Err(detect::no_picture(path.to_owned())),
     }
 }
 
@@ -140,19 +138,32 @@ struct Sequence {
     /// `None` for a still.
     length: Option<Rational>,
     allow_truncated: bool,
+    /// What is wrong with a still that was delivered all the same.
+    cut: Option<Error>,
 }
 
 impl Source for Sequence {
     fn next(&mut self) -> Result<Option<Decoded>> {
+        if let Some(error) = self.cut.take() {
+            return Err(error);
+        }
         let Some(path) = self.paths.get(self.next) else { return Ok(None) };
         let number = self.next as u64;
         self.next += 1;
-        let decode = || still::decode(path, picture(path)?, self.allow_truncated);
         let Some(length) = self.length else {
+            let (frame, cut) = still::decode_part(path, picture(path)?)?;
+            if !self.allow_truncated
+                && let Some(error) = cut
+            {
+                return Err(error);
+            }
+            self.cut = cut;
             let span = Span { start: Rational::ZERO, length: None };
-            return Ok(Some(Decoded { frame: decode()?, span }));
+            return Ok(Some(Decoded { frame, span }));
         };
-        let frame = decode().map_err(|e| at_frame(e, number))?;
+        let frame = picture(path)
+            .and_then(|format| still::decode(path, format))
+            .map_err(|e| at_frame(e, number))?;
         // The file may have changed since its header was read.
         same_size(path, number, frame.size(), &self.paths[0], self.size)?;
         let start = length * Rational::new(number as i64, 1);

@@ -49,22 +49,33 @@ pub(crate) fn header(path: &Path, format: ImageFormat) -> Result<Header> {
 /// Decodes the picture in `path`.
 ///
 /// # Errors
-/// When it is broken or too large; when it ends too early, unless `allow_truncated`.
-pub(crate) fn decode(path: &Path, format: ImageFormat, allow_truncated: bool) -> Result<Frame> {
+/// When it is broken or too large, or ends too early.
+pub(crate) fn decode(path: &Path, format: ImageFormat) -> Result<Frame> {
+    let (frame, cut) = decode_part(path, format)?;
+    cut.map_or(Ok(frame), Err)
+}
+
+/// Decodes what there is of the picture in `path`. If it ends too early, that is told beside it.
+///
+/// # Errors
+/// When it is broken or too large.
+pub(crate) fn decode_part(path: &Path, format: ImageFormat) -> Result<(Frame, Option<Error>)> {
     let mut file = BufReader::new(detect::open(path)?);
+    let cut = |how| Some(Error::input(path, cut_short(&title(word(format)), how)));
     if format != ImageFormat::Jpeg {
-        if format == ImageFormat::WebP && !allow_truncated && !webp::is_complete(path)? {
-            return Err(Error::input(path, cut_short("WebP", "data is missing at its end")));
-        }
-        return decoded(path, decoder(path, file, format)?, format, allow_truncated);
+        let missing = format == ImageFormat::WebP && !webp::is_complete(path)?;
+        let end = || if missing { cut("data is missing at its end") } else { None };
+        let part = decoder(path, file, format).and_then(|d| decoded(path, d, format));
+        // Of a WebP that ends too early, the decoder says only that it is broken.
+        let (frame, error) = part.map_err(|error| end().unwrap_or(error))?;
+        return Ok((frame, error.or_else(end)));
     }
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes).map_err(|e| Error::input(path, format!("cannot be read: {e}")))?;
+    let (frame, error) = decoded(path, decoder(path, Cursor::new(&bytes), format)?, format)?;
     // The decoder fills up what is missing with gray and says nothing.
-    if !allow_truncated && !jpeg::is_complete(&bytes) {
-        return Err(Error::input(path, cut_short("JPEG", "its end marker is missing")));
-    }
-    decoded(path, decoder(path, Cursor::new(&bytes), format)?, format, allow_truncated)
+    let missing = error.is_none() && !jpeg::is_complete(&bytes);
+    Ok((frame, if missing { cut("its end marker is missing") } else { error }))
 }
 
 /// Words for an input that ends too early.
@@ -189,8 +200,7 @@ fn decoded(
     path: &Path,
     mut decoder: impl ImageDecoder,
     format: ImageFormat,
-    allow_truncated: bool,
-) -> Result<Frame> {
+) -> Result<(Frame, Option<Error>)> {
     let (width, height) = decoder.dimensions();
     let size = Size::new(width, height);
     check_picture(path, size)?;
@@ -205,20 +215,24 @@ fn decoded(
         let mut raw = vec![0; bytes];
         (decoder.read_image(&mut raw), to_rgba(path, colour, &raw)?)
     };
-    match read {
-        Err(e) if !(allow_truncated && is_cut_short(&e)) => {
-            return Err(Error::input(path, broken(&e, word(format))));
+    let cut = match read {
+        Ok(()) => None,
+        Err(e) => {
+            let error = Error::input(path, broken(&e, word(format)));
+            if !is_cut_short(&e) {
+                return Err(error);
+            }
+            Some(error)
         }
-        _ => {}
-    }
+    };
     if orientation == Orientation::NoTransforms {
-        return Frame::new(size, pixels);
+        return Ok((Frame::new(size, pixels)?, cut));
     }
     let image = RgbaImage::from_raw(width, height, pixels.into_flattened())
         .expect("the pixels were made for this size");
     let mut image = DynamicImage::ImageRgba8(image);
     image.apply_orientation(orientation);
-    Frame::from_image(image.into_rgba8())
+    Ok((Frame::from_image(image.into_rgba8())?, cut))
 }
 
 /// Pixels of any layout as 8-bit RGBA. 16-bit values are rounded to the nearest of 255.

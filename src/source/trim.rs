@@ -48,31 +48,46 @@ impl Part {
         self.end.map_or(by_frames, |end| upto(end).min(by_frames))
     }
 
-    /// What is known of the part of a stream. The number of frames is known where the rate is
-    /// constant; else it is a bound, told only where the whole stream is taken from its start.
+    /// What is known of the part of a stream. The number of frames is known where they are shown at
+    /// a constant rate, or only their number is limited.
     pub(crate) fn info(&self, mut info: StreamInfo) -> StreamInfo {
         if info.still {
             return info;
         }
-        let whole = self.start == Rational::ZERO && self.end.is_none();
         let total = info.frames;
-        info.frames = match (info.rate, total) {
+        let steady = info.rate.filter(|&rate| is_steady(rate, &info));
+        let whole = self.start == Rational::ZERO && self.end.is_none();
+        info.frames = match (steady, total) {
             (Some(rate), Some(total)) => {
                 let skipped = ceil(self.start * rate);
                 Some(self.needed(rate).min(total).saturating_sub(skipped).min(self.frames))
             }
             (_, Some(total)) if whole => Some(total.min(self.frames)),
-            _ => None,
+            // A single frame is a picture, whatever becomes of the rest.
+            _ => (self.frames == 1).then_some(1),
         };
-        info.duration = match (info.frames, info.rate) {
+        info.duration = match (info.frames, steady) {
             (Some(frames), _) if whole && Some(frames) == total => info.duration,
             (Some(frames), Some(rate)) => {
                 rate.recip().map(|length| length * Rational::new(frames as i64, 1))
             }
-            _ => None,
+            // With a limit on frames it may be less.
+            _ => info.duration.filter(|_| self.frames == u64::MAX).map(|duration| {
+                let end = self.end.map_or(duration, |end| end.min(duration));
+                (end - self.start).max(Rational::ZERO)
+            }),
         };
         info
     }
+}
+
+/// Whether a stream's frames and length agree with its `rate`: that of a video may only be the finest
+/// step between its frames.
+fn is_steady(rate: Rational, info: &StreamInfo) -> bool {
+    let (Some(frames), Some(duration)) = (info.frames, info.duration) else { return false };
+    let frames = Rational::new(i64::try_from(frames).unwrap_or(i64::MAX), 1);
+    let off = duration * rate - frames;
+    off.max(-off) <= Rational::new(1, 1)
 }
 
 /// The smallest whole number that is not below `value`, which is not negative.
@@ -89,7 +104,10 @@ pub(crate) struct Trim {
 
 impl Trim {
     /// `part` of `inner`.
-    pub(crate) fn new(inner: Box<dyn Source>, part: Part) -> Self {
+    pub(crate) fn new(mut inner: Box<dyn Source>, part: Part) -> Self {
+        if part.start > Rational::ZERO {
+            inner.skip_to(part.start);
+        }
         Self { inner, part, delivered: 0 }
     }
 

@@ -3,7 +3,8 @@
 //! A child that moves no bytes and spends no processor time for [`PATIENCE`] is hung and is killed,
 //! which wakes whoever waits. A slow encoder spends time and is left in peace.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -12,8 +13,32 @@ pub(crate) const TICK: Duration = Duration::from_millis(250);
 /// Ticks without any sign of life before a child counts as hung: 4 s. Ticks, not a clock: while we
 /// are suspended ourselves nothing is counted.
 pub(crate) const PATIENCE: u32 = 16;
-/// The same where processor times cannot be read: a minute.
-const BLIND_PATIENCE: u32 = 240;
+/// The same where processor times cannot be read, and for those who wait for somebody else, a network
+/// or a camera: a minute.
+pub(crate) const LONG_PATIENCE: u32 = 240;
+
+/// Running children by their process groups, and whether each reads what may never end.
+static RUNNING: Mutex<BTreeMap<u32, bool>> = Mutex::new(BTreeMap::new());
+
+/// The running children. While this is held none is begun and none is reaped, so that all numbers in
+/// it are theirs.
+pub(crate) fn running() -> MutexGuard<'static, BTreeMap<u32, bool>> {
+    lock(&RUNNING)
+}
+
+/// Ends all children. Only for a process that ends right after: no child can be begun any more.
+pub(crate) fn end_all() {
+    let running = running();
+    running.keys().for_each(|&group| kill(group));
+    std::mem::forget(running);
+}
+
+/// Ends the programs that read cameras and addresses, which may never deliver another frame. For after
+/// a stop has been asked for, when nobody wants one.
+pub fn hang_up() {
+    running().iter().filter(|(_, endless)| **endless).for_each(|(&group, _)| kill(group));
+}
+
 /// What the watching thread shares with those who wait.
 pub(crate) struct Watch {
     pub(crate) pid: u32,
@@ -22,6 +47,8 @@ pub(crate) struct Watch {
     /// Bytes that went through its pipes.
     pub(crate) moved: AtomicU64,
     pub(crate) hung: AtomicBool,
+    /// Ticks of patience.
+    pub(crate) patience: AtomicU32,
     /// Whether the child has been reaped: its number may then belong to another.
     pub(crate) reaped: Mutex<bool>,
     pub(crate) ended: Condvar,
@@ -40,6 +67,7 @@ impl Watch {
             waiting: AtomicBool::new(false),
             moved: AtomicU64::new(0),
             hung: AtomicBool::new(false),
+            patience: AtomicU32::new(PATIENCE),
             reaped: Mutex::new(false),
             ended: Condvar::new(),
         }
@@ -64,7 +92,8 @@ impl Watch {
             let now = (self.moved.load(Ordering::Relaxed), activity(self.pid));
             idle = if now == before { idle + 1 } else { 0 };
             before = now;
-            let patience = if now.1.is_some() { PATIENCE } else { BLIND_PATIENCE };
+            let patience = self.patience.load(Ordering::Relaxed);
+            let patience = if now.1.is_some() { patience } else { LONG_PATIENCE };
             if idle >= patience {
                 self.hung.store(true, Ordering::Relaxed);
                 kill(self.pid);

@@ -5,8 +5,10 @@
 //! matrix, so that the size decides ([`Coding::of`]). Frames are at a constant rate. Reference:
 //! yuv4mpeg(5) of mjpegtools and ffmpeg's reader and writer.
 
-use std::io::{self, BufRead, BufReader, Read};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, IsTerminal, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use image::imageops::{self, FilterType};
 
@@ -14,8 +16,10 @@ use crate::colour::{Coding, Layout, Sampling, Siting, to_rgba};
 use crate::error::{Error, Result};
 use crate::frame::{Colorimetry, Frame, Loops, Rational, Span, StreamInfo, check_size};
 use crate::geom::Size;
-use crate::source::{Decoded, Source};
+use crate::source::{Decoded, Input, Source, detect};
 
+/// What to do about something else.
+const CURE: &str = "ffmpeg makes one with -f yuv4mpegpipe";
 /// What a stream begins with.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
 /// Longest line of text that is read.
@@ -31,6 +35,8 @@ pub struct Y4mSource<R> {
     header: Header,
     planes: Vec<u8>,
     count: u64,
+    /// Frames before this moment are not wanted.
+    from: Rational,
 }
 
 /// The first line.
@@ -42,6 +48,55 @@ struct Header {
     aspect: Rational,
     /// `XCOLORRANGE`, in ffmpeg's words.
     range: Option<String>,
+    /// Length of the line.
+    bytes: u64,
+}
+
+/// Opens y4m on standard input. Its header is read now.
+///
+/// # Errors
+/// As [`Y4mSource::new`], and when standard input is a terminal.
+pub(crate) fn open_standard() -> Result<Input> {
+    let input = io::stdin();
+    if input.is_terminal() {
+        return Err(Error::input(
+            "-",
+            "standard input is a terminal; pipe y4m into it: ffmpeg -i clip.mp4 -f yuv4mpegpipe - | \
+             polyreel ...",
+        ));
+    }
+    Ok(as_input(Y4mSource::new(input, Path::new("-"))?, Arc::from([])))
+}
+
+/// Opens y4m in a file or a named pipe.
+///
+/// # Errors
+/// As [`Y4mSource::new`], and when it cannot be opened.
+pub(crate) fn open(path: PathBuf) -> Result<Input> {
+    let file = detect::open(&path)?;
+    let mut source = Y4mSource::new(file, &path)?;
+    source.count_frames();
+    Ok(as_input(source, Arc::from([path])))
+}
+
+fn as_input<R: Read + Send + 'static>(source: Y4mSource<R>, paths: Arc<[PathBuf]>) -> Input {
+    Input::new(paths, source.info.clone(), move || Ok(Box::new(source)))
+}
+
+impl Y4mSource<File> {
+    /// Tells the number of frames from the length of the file.
+    fn count_frames(&mut self) {
+        let frame = self.header.layout.bytes() as u64 + "FRAME\n".len() as u64;
+        let Ok(file) = self.input.get_ref().metadata() else { return };
+        let bytes = file.len().saturating_sub(self.header.bytes);
+        // Frames may have parameters of their own, and the file may be cut short.
+        if file.is_file() && bytes.is_multiple_of(frame) {
+            let frames = bytes / frame;
+            self.info.frames = Some(frames);
+            let frames = i64::try_from(frames).ok().map(|n| Rational::new(n, 1));
+            self.info.duration = frames.and_then(|n| Some(n * self.header.rate.recip()?));
+        }
+    }
 }
 
 impl<R: Read> Y4mSource<R> {
@@ -52,8 +107,12 @@ impl<R: Read> Y4mSource<R> {
     pub fn new(input: R, path: &Path) -> Result<Self> {
         let mut input = BufReader::with_capacity(1 << 16, input);
         let fail = |what: String| Error::input(path, what);
+        let nothing = input.fill_buf().is_ok_and(<[u8]>::is_empty);
+        if nothing {
+            return Err(fail("nothing came in; expected y4m video".into()));
+        }
         let line = read_line(&mut input)
-            .map_err(|error| fail(format!("the y4m header cannot be read: {error}")))?;
+            .map_err(|error| fail(format!("the y4m header cannot be read: {error}; {CURE}")))?;
         let header = parse(&line).map_err(&fail)?;
         let size = square(header.layout.size, header.aspect);
         check_size(header.layout.size).map_err(|error| fail(error.to_string()))?;
@@ -72,7 +131,15 @@ impl<R: Read> Y4mSource<R> {
             live: false,
             colour: Some(colour),
         };
-        Ok(Self { input, path: path.into(), info, header, planes: Vec::new(), count: 0 })
+        Ok(Self {
+            input,
+            path: path.into(),
+            info,
+            header,
+            planes: Vec::new(),
+            count: 0,
+            from: Rational::ZERO,
+        })
     }
 
     /// What the header tells.
@@ -98,10 +165,23 @@ impl<R: Read> Y4mSource<R> {
 }
 
 impl<R: Read> Source for Y4mSource<R> {
+    fn skip_to(&mut self, start: Rational) {
+        self.from = start;
+    }
+
     fn next(&mut self) -> Result<Option<Decoded>> {
-        if !self.read_planes()? {
-            return Ok(None);
-        }
+        let length = self.header.rate.recip();
+        let start = loop {
+            if !self.read_planes()? {
+                return Ok(None);
+            }
+            let number = Rational::new(i64::try_from(self.count).unwrap_or(i64::MAX), 1);
+            let start = number * length.unwrap_or(Rational::ZERO);
+            if start >= self.from {
+                break start;
+            }
+            self.count += 1;
+        };
         let (layout, mut pixels) = (&self.header.layout, Vec::new());
         let coding =
             Coding::of(self.info.colour.as_ref().unwrap_or(&Colorimetry::default()), layout.size);
@@ -113,9 +193,7 @@ impl<R: Read> Source for Y4mSource<R> {
                 imageops::resize(&frame.into_image(), width, height, FilterType::CatmullRom);
             frame = Frame::from_image(image)?;
         }
-        let length = self.header.rate.recip();
-        let number = Rational::new(i64::try_from(self.count).unwrap_or(i64::MAX), 1);
-        let span = Span { start: number * length.unwrap_or(Rational::ZERO), length };
+        let span = Span { start, length };
         self.count += 1;
         Ok(Some(Decoded { frame, span }))
     }
@@ -145,7 +223,7 @@ fn square(size: Size, aspect: Rational) -> Size {
 fn parse(line: &str) -> Result<Header, String> {
     let mut fields = line.split(' ');
     if fields.next().map(str::as_bytes) != Some(MAGIC) {
-        return Err("this is no y4m stream: it does not begin with YUV4MPEG2".into());
+        return Err(format!("this is no y4m stream: it does not begin with YUV4MPEG2; {CURE}"));
     }
     let (mut width, mut height, mut space) = (0, 0, "420jpeg");
     let (mut rate, mut aspect, mut range) = (USUAL_RATE, Rational::new(1, 1), None);
@@ -182,7 +260,8 @@ fn parse(line: &str) -> Result<Header, String> {
         }
     };
     let layout = Layout { size: Size::new(width, height), sampling, siting, alpha };
-    Ok(Header { layout, rate, aspect, range })
+    let bytes = line.len() as u64 + 1;
+    Ok(Header { layout, rate, aspect, range, bytes })
 }
 
 /// `30000:1001`; inner `None` for `0:0`, which means untold. Bounded, so that times stay exact.

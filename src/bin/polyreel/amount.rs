@@ -77,6 +77,32 @@ fn ntsc(text: &str) -> Option<Rational> {
     Some(Rational::new(nominal * 1000, 1001))
 }
 
+/// The words of a line; quotes of both kinds and a backslash keep blanks in a word.
+pub(crate) fn words(line: &str) -> Result<Vec<String>, String> {
+    let (mut words, mut word) = (Vec::new(), None::<String>);
+    let (mut quote, mut letters) = (None, line.chars());
+    while let Some(letter) = letters.next() {
+        match (letter, quote) {
+            (_, Some(open)) if letter == open => quote = None,
+            ('"' | '\'', None) => {
+                quote = Some(letter);
+                word.get_or_insert_default();
+            }
+            ('\\', None | Some('"')) => {
+                let kept = letters.next().ok_or("a backslash at the end has nothing to keep")?;
+                word.get_or_insert_default().push(kept);
+            }
+            (_, None) if letter.is_whitespace() => words.extend(word.take()),
+            _ => word.get_or_insert_default().push(letter),
+        }
+    }
+    if let Some(open) = quote {
+        return Err(format!("{line}: a quote {open} is not closed"));
+    }
+    words.extend(word);
+    Ok(words)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -8,7 +8,10 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
 use polyreel::error::{Error, Result};
 use polyreel::frame::Rational;
-use polyreel::options::{CellPercentiles, Colour, FrontEnd, Method, Options, Points, Thresholds};
+use polyreel::options::{
+    CellPercentiles, Colour, FrontEnd, Method, Options, Points, Quality, Thresholds,
+};
+use polyreel::sink::ffmpeg::VideoOptions;
 use polyreel::source::SourceOptions;
 
 use crate::amount;
@@ -54,7 +57,9 @@ const RENDER_EXAMPLES: &str = "Examples:
   polyreel render portrait.png -o lowpoly.png
   polyreel render dance.gif -o dance-lowpoly.gif --points 1500
   polyreel render frames/ -o out/
-  polyreel render 'shots/*.jpg' -o shots.gif --fps 12 --outline=white";
+  polyreel render 'shots/*.jpg' -o shots.gif --fps 12 --outline=white
+  polyreel render clip.mp4 -o lowpoly.mp4 --start 0:05 --end 0:10
+  ffmpeg -i clip.mp4 -f yuv4mpegpipe - | polyreel render - -o - | ffplay -";
 
 #[derive(Debug, Args)]
 #[command(override_usage = "polyreel render [OPTIONS] <INPUT>... -o <OUTPUT>")]
@@ -63,12 +68,15 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
     // Not required as far as clap goes: whoever forgets -o gets a better answer than clap's.
-    /// Where to write, by its name: a picture, a GIF, numbered pictures (out_%04d.png), a folder (out/)
-    /// for PNGs, or null: to write nothing
+    /// Where to write, by its name: a picture, a GIF, a video (.mp4, .webm, .mkv, .mov, .y4m), numbered
+    /// pictures (out_%04d.png), a folder (out/) for PNGs, - for y4m on standard output, or null: to
+    /// write nothing
     #[arg(short, long, value_name = "OUTPUT", help_heading = "Output")]
     pub(crate) output: Option<String>,
     #[command(flatten)]
     pub(crate) write: WriteArgs,
+    #[command(flatten)]
+    pub(crate) video: VideoArgs,
     #[command(flatten)]
     pub(crate) look: LookArgs,
     #[command(flatten)]
@@ -82,7 +90,7 @@ pub(crate) struct RenderArgs {
                         size; the maps also as exact floats (.npy).\n\nExample:\n  polyreel inspect portrait.png -o stages/"
 )]
 pub(crate) struct InspectArgs {
-    /// The picture; of an animation, its first frame
+    /// The picture; of an animation or a video, its first frame
     #[arg(value_name = "IMAGE")]
     pub(crate) image: String,
     /// The folder to write to; made if it is not there
@@ -94,6 +102,9 @@ pub(crate) struct InspectArgs {
     /// Replace files that are there already
     #[arg(short = 'y', long)]
     pub(crate) overwrite: bool,
+    /// The ffmpeg program that reads video [default: the one on the search path]
+    #[arg(long, value_name = "PATH")]
+    pub(crate) ffmpeg: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) look: LookArgs,
 }
@@ -101,7 +112,8 @@ pub(crate) struct InspectArgs {
 #[derive(Debug, Args)]
 #[command(override_usage = "polyreel evaluate [OPTIONS] <INPUT>...")]
 #[command(
-    after_help = "Every picture is measured by itself, every GIF and video as a clip. A file that \
+    after_help = "Every picture is measured by itself, every GIF and video as a clip; without refinement, \
+                         unless --quality or --refine asks for it. A file that \
                         cannot be read is reported and passed over; the exit code is 1 then.\n\nExample:\n  \
                         polyreel evaluate pictures/ --methods hrlp,rlp --html report.html"
 )]
@@ -173,7 +185,8 @@ impl EvaluateArgs {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  polyreel info dance.gif --json")]
+#[command(after_help = "Of y4m on standard input only the header is read, and is gone then.\n\n\
+                        Example:\n  polyreel info dance.gif --json")]
 pub(crate) struct InfoArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
@@ -186,8 +199,8 @@ pub(crate) struct InfoArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Input")]
 pub(crate) struct InputArgs {
-    /// A file, several pictures, a folder, a quoted glob ('shots/*.png') or a printf pattern
-    /// (shot%03d.png)
+    /// A picture, GIF or video, several pictures, a folder of them, a quoted glob ('shots/*.png'), a
+    /// printf pattern (shot%03d.png), a URL, a camera (/dev/video0), or - for y4m on standard input
     #[arg(value_name = "INPUT", required = true, help_heading = None::<&str>)]
     pub(crate) inputs: Vec<String>,
     /// Leave out what comes before TIME: 1.5, 500ms, 1:30 [default: from the beginning]
@@ -208,6 +221,9 @@ pub(crate) struct InputArgs {
     /// Keep what can be read of an input that breaks off [default: fail]
     #[arg(long)]
     pub(crate) allow_truncated: bool,
+    /// The ffmpeg program that reads and writes video [default: the one on the search path]
+    #[arg(long, value_name = "PATH")]
+    ffmpeg: Option<PathBuf>,
 }
 
 impl InputArgs {
@@ -219,7 +235,7 @@ impl InputArgs {
             fps: self.fps,
             max_size: self.max_size,
             allow_truncated: self.allow_truncated,
-            ..SourceOptions::default()
+            ffmpeg: self.ffmpeg.clone(),
         }
     }
 }
@@ -234,6 +250,43 @@ pub(crate) struct WriteArgs {
     /// What shows through transparent pixels in formats that have none, JPEG for one [default: white]
     #[arg(long, value_name = "COLOUR")]
     pub(crate) background: Option<Colour>,
+}
+
+/// How video is encoded.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Video output (.mp4, .webm, .mkv, .mov)")]
+pub(crate) struct VideoArgs {
+    /// The codec: h264, h265, vp8, vp9, av1, prores, or an encoder of ffmpeg by its name [default:
+    /// h264, in .webm vp9]
+    #[arg(long, value_name = "NAME")]
+    codec: Option<String>,
+    /// Constant quality in the codec's own measure, smaller is better [default: 18 for h264, what
+    /// looks alike for others]
+    #[arg(long, value_name = "N")]
+    crf: Option<u32>,
+    /// Effort, by x264's names: ultrafast to placebo [default: the encoder's own]
+    #[arg(long, value_name = "NAME")]
+    encoder_preset: Option<String>,
+    /// Leave the sound out [default: copied if the container takes it, else encoded again]
+    #[arg(long)]
+    no_audio: bool,
+    /// More options for ffmpeg's output, in one word: '-tune animation -b:a 96k' [default: none]
+    #[arg(long, value_name = "ARGS", allow_hyphen_values = true)]
+    ffmpeg_args: Option<String>,
+}
+
+impl VideoArgs {
+    pub(crate) fn options(&self, input: &InputArgs) -> Result<VideoOptions> {
+        let ffmpeg_args = self.ffmpeg_args.as_deref().map(amount::words).transpose();
+        Ok(VideoOptions {
+            codec: self.codec.clone(),
+            crf: self.crf,
+            encoder_preset: self.encoder_preset.clone(),
+            audio: !self.no_audio,
+            ffmpeg_args: ffmpeg_args.map_err(Error::Usage)?.unwrap_or_default(),
+            ffmpeg: input.ffmpeg.clone(),
+        })
+    }
 }
 
 /// How the result looks. Every field that is given replaces the preset's.
@@ -254,6 +307,22 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "S", help = told(
         "Decides all chance: the same seed gives the same bytes", Options::default().seed))]
     seed: Option<u64>,
+    #[arg(long, value_name = "C", help = told(
+        "How much of the mesh lives on from frame to frame, 0 (each frame alone) to 1 (locked)",
+        Options::default().coherence))]
+    coherence: Option<f64>,
+    #[arg(long, value_name = "NAME", value_parser = qualities(), help = told(
+        "How much work goes into refinement: none, most of the gain, all of it",
+        Options::default().quality.name()))]
+    quality: Option<Quality>,
+    /// Steps of refinement in place of --quality: of a still, and of each frame of an animation, the
+    /// first of a shot getting a few more [default: as --quality]
+    #[arg(long, value_name = "STEPS", conflicts_with = "quality")]
+    refine: Option<u32>,
+    #[arg(long, value_name = "R", help = told(
+        "How much well-shaped triangles count against the error, 0 (not at all) to 1 (only they do)",
+        Options::default().regularity))]
+    regularity: Option<f64>,
     /// Draw the edges of the mesh, in black or in COLOUR (white, #802040) [default: none]
     #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true)]
     #[arg(default_missing_value = "black")]
@@ -323,6 +392,16 @@ const PAPER: &str = "The paper's parameters";
 const SCORES: &str = "Feature maps, and the methods that score every pixel";
 
 impl LookArgs {
+    /// As [`LookArgs::options`], but without refinement where none is asked for: methods are compared
+    /// by what they do themselves.
+    pub(crate) fn plain_options(&self) -> Result<Options> {
+        let mut options = self.options()?;
+        if self.quality.is_none() && self.refine.is_none() && self.preset.is_none() {
+            options.quality = Quality::Draft;
+        }
+        Ok(options)
+    }
+
     /// The preset's options (the defaults without one) with what was given on the command line.
     pub(crate) fn options(&self) -> Result<Options> {
         fn put<T: Clone>(field: &mut T, given: &Option<T>) {
@@ -337,6 +416,9 @@ impl LookArgs {
         put(&mut options.method, &self.method);
         put(&mut options.points, &self.points);
         put(&mut options.seed, &self.seed);
+        put(&mut options.coherence, &self.coherence);
+        put(&mut options.quality, &self.quality);
+        put(&mut options.regularity, &self.regularity);
         put(&mut options.smoothing, &self.smoothing);
         put(&mut options.clusters, &self.clusters);
         put(&mut options.interval, &self.interval);
@@ -344,6 +426,9 @@ impl LookArgs {
         put(&mut options.max_points, &self.max_points);
         put(&mut options.default_points, &self.default_points);
         put(&mut options.thresholds, &self.thresholds);
+        if self.refine.is_some() || self.quality.is_some() {
+            options.refine = self.refine;
+        }
         put(&mut options.candidates, &self.candidates);
         put(&mut options.min_points, &self.min_points);
         put(&mut options.percentiles, &self.percentiles);
@@ -399,6 +484,13 @@ fn methods() -> impl TypedValueParser<Value = Method> {
     PossibleValuesParser::new(Method::ALL.map(Method::name)).try_map(|name| {
         let found = Method::ALL.into_iter().find(|method| method.name() == name);
         found.ok_or_else(|| Error::usage("no such method"))
+    })
+}
+
+fn qualities() -> impl TypedValueParser<Value = Quality> {
+    PossibleValuesParser::new(Quality::ALL.map(Quality::name)).try_map(|name| {
+        let found = Quality::ALL.into_iter().find(|quality| quality.name() == name);
+        found.ok_or_else(|| Error::usage("no such quality"))
     })
 }
 

@@ -3,15 +3,18 @@
 use std::fmt::Write as _;
 
 use polyreel::error::Result;
-use polyreel::frame::{Loops, Rational, StreamInfo};
-use polyreel::pipeline::InputReport;
+use polyreel::frame::{Colorimetry, Loops, Rational, StreamInfo};
+use polyreel::pipeline::{InputReport, Stop};
 use polyreel::source;
 
 use crate::cli::InfoArgs;
+use crate::interrupt::Interrupt;
 use crate::{Outcome, print};
 
 /// Prints what the input's headers tell.
 pub(crate) fn info(args: &InfoArgs) -> Result<Outcome> {
+    // Programs that read for us must not outlive us.
+    Interrupt::listen(&Stop::default());
     let input = source::open(&args.input.inputs, &args.input.options())?;
     let info = input.info().clone();
     let text = if args.json {
@@ -39,7 +42,8 @@ fn table(info: &StreamInfo) -> String {
         ("plays", plays(info.loops)),
         ("audio", info.audio.clone().unwrap_or_else(|| "none".to_owned())),
     ];
-    rows.iter().fold(String::new(), |mut text, (name, value)| {
+    let colour = info.colour.as_ref().map(|colour| ("colour", tags(colour)));
+    rows.iter().chain(&colour).fold(String::new(), |mut text, (name, value)| {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{name:<9} {value}");
         text
@@ -53,6 +57,15 @@ fn rateless(info: &StreamInfo) -> String {
 
 fn rate(rate: Rational) -> String {
     if rate.den == 1 { format!("{rate} fps") } else { format!("{rate} fps ({:.3})", rate.to_f64()) }
+}
+
+fn tags(colour: &Colorimetry) -> String {
+    let Colorimetry { matrix, range, primaries, transfer } = colour;
+    let told =
+        [("matrix", matrix), ("range", range), ("primaries", primaries), ("curve", transfer)];
+    let told: Vec<String> =
+        told.iter().filter_map(|(name, tag)| Some(format!("{name} {}", tag.as_ref()?))).collect();
+    if told.is_empty() { "untold".to_owned() } else { told.join(", ") }
 }
 
 fn plays(loops: Loops) -> String {

@@ -14,12 +14,14 @@ use polyreel::frame::{Fill, Frame, Rational, Rgba, Span, StreamInfo};
 use polyreel::geom::{Point, Size};
 use polyreel::hex::HexGrid;
 use polyreel::options::Options;
+use polyreel::pipeline::Stop;
 use polyreel::render::Renderer;
 use polyreel::sample::Sampler;
 use polyreel::sink::{self, Picture, SinkOptions};
 use polyreel::source::{self, SourceOptions};
 
 use crate::cli::InspectArgs;
+use crate::interrupt::Interrupt;
 use crate::{Outcome, npy};
 
 const WHITE: Rgba = [255, 255, 255, 255];
@@ -29,9 +31,15 @@ const SEED: Rgba = [210, 30, 40, 255];
 
 /// Writes one PNG a stage.
 pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
+    // Programs that read for us must not outlive us.
+    Interrupt::listen(&Stop::default());
     let options = args.look.options()?;
-    let wanted =
-        SourceOptions { frames: Some(1), max_size: args.max_size, ..SourceOptions::default() };
+    let wanted = SourceOptions {
+        frames: Some(1),
+        max_size: args.max_size,
+        ffmpeg: args.ffmpeg.clone(),
+        ..SourceOptions::default()
+    };
     let input = source::open(std::slice::from_ref(&args.image), &wanted)?;
     let info = StreamInfo { still: true, frames: Some(1), ..input.info().clone() };
     let inputs = input.paths().to_vec();

@@ -1,33 +1,48 @@
-//! Ctrl-C: the first asks for a shorter output, the second ends the program at once.
+//! Ctrl-C: the first asks for a shorter output, the second ends the program at once. Before there is
+//! anything to shorten, the first does.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use polyreel::pipeline::Stop;
-use polyreel::sink;
+use polyreel::{sink, source};
 
-/// Whether Ctrl-C was pressed.
+/// Whether Ctrl-C was pressed, and whether that is enough to end the program.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Interrupt(Arc<AtomicBool>);
+pub(crate) struct Interrupt(Arc<State>);
+
+#[derive(Debug, Default)]
+struct State {
+    pressed: AtomicBool,
+    begun: AtomicBool,
+}
 
 impl Interrupt {
-    /// Listens from now on; the first Ctrl-C (or a request to terminate) makes `stop` ask for the end.
+    /// Listens from now on. Once the run has [begun](Self::begin), the first Ctrl-C (or a request to
+    /// terminate) makes `stop` ask for the end.
     pub(crate) fn listen(stop: &Stop) -> Self {
         let interrupt = Self::default();
-        let (pressed, stop) = (interrupt.0.clone(), stop.clone());
+        let (state, stop) = (interrupt.0.clone(), stop.clone());
         // Without a handler Ctrl-C still ends the program, as the system has it.
         let _ = ctrlc::set_handler(move || {
-            if pressed.swap(true, Ordering::SeqCst) {
+            let again = state.pressed.swap(true, Ordering::SeqCst);
+            if again || !state.begun.load(Ordering::SeqCst) {
                 sink::remove_unfinished();
                 std::process::exit(130);
             }
             stop.request();
+            source::hang_up();
         });
         interrupt
     }
 
+    /// From here on there is an output that can be finished early.
+    pub(crate) fn begin(&self) {
+        self.0.begun.store(true, Ordering::SeqCst);
+    }
+
     /// Whether it was pressed.
     pub(crate) fn happened(&self) -> bool {
-        self.0.load(Ordering::SeqCst)
+        self.0.pressed.load(Ordering::SeqCst)
     }
 }

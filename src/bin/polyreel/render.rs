@@ -11,7 +11,7 @@ use polyreel::pipeline::{
     self, Ending, InputReport, OutputReport, Report, Settings, Stop, Summary,
 };
 use polyreel::sink::{self, SinkOptions};
-use polyreel::source;
+use polyreel::source::{self, Input};
 use polyreel::stage::Stage;
 
 use crate::Outcome;
@@ -24,12 +24,16 @@ use crate::record::Record;
 pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let output = args.output.as_deref().ok_or_else(|| no_output(&args.input.inputs))?;
     let options = args.look.options()?;
-    let input = source::open(&args.input.inputs, &args.input.options())?;
-    let info = input.info().clone();
     let stop = Stop::default();
     let interrupt = Interrupt::listen(&stop);
+    let input = source::open(&args.input.inputs, &args.input.options())?;
+    let info = input.info().clone();
     let record = record_of(args, input.paths(), output)?;
-    let sink = sink::create(output, &info, &sink_options(args, input.paths()))?;
+    let sink = sink::create(output, &info, &sink_options(args, &input)?)?;
+    let warnings = sink.warnings().to_vec();
+    if !args.run.quiet {
+        warnings.iter().for_each(|warning| eprintln!("polyreel: warning: {warning}"));
+    }
     if args.run.verbose {
         eprintln!("polyreel: {}", settings_line(&options, args));
     }
@@ -40,13 +44,15 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         allow_truncated: args.input.allow_truncated,
     };
     let mut progress = Progress::new(info.frames, args.run.quiet, record.is_some());
+    interrupt.begin();
     let ended = pipeline::run(move || input.start(), sink, &settings, &mut progress, &stop);
     let per_frame = progress.finish();
     let summary = ended?;
     let written = OutputReport {
         path: output.to_owned(),
         size: info.size,
-        bytes: std::fs::metadata(output).ok().filter(|file| file.is_file()).map(|file| file.len()),
+        bytes: bytes_of(output),
+        warnings,
     };
     tell(args, &info, &written, &summary);
     if let Some(record) = record {
@@ -56,14 +62,22 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     Ok(if interrupt.happened() { Outcome::Interrupted } else { Outcome::Done })
 }
 
-fn sink_options(args: &RenderArgs, inputs: &[PathBuf]) -> SinkOptions {
+fn sink_options(args: &RenderArgs, input: &Input) -> Result<SinkOptions> {
     let defaults = SinkOptions::default();
-    SinkOptions {
+    Ok(SinkOptions {
         overwrite: args.write.overwrite,
         background: args.write.background.map_or(defaults.background, |colour| colour.0),
-        inputs: inputs.to_vec(),
+        inputs: input.paths().to_vec(),
+        video: args.video.options(&args.input)?,
+        sound: input.sound().cloned(),
         ..defaults
-    }
+    })
+}
+
+/// The length of the file `output`, if it is one.
+fn bytes_of(output: &str) -> Option<u64> {
+    let file = std::fs::metadata(output).ok().filter(|file| file.is_file())?;
+    (output != "-").then_some(file.len())
 }
 
 fn record_of(args: &RenderArgs, inputs: &[PathBuf], output: &str) -> Result<Option<Record>> {
@@ -109,7 +123,8 @@ fn tell(args: &RenderArgs, info: &StreamInfo, written: &OutputReport, summary: &
     if let Ending::Truncated(error) = &summary.ending {
         eprintln!("polyreel: warning: {error}; the output holds what came before");
     }
-    if args.run.quiet {
+    // A reader who has gone had enough.
+    if args.run.quiet || matches!(summary.ending, Ending::Closed) {
         return;
     }
     if args.run.verbose {

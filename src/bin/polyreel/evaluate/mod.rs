@@ -31,7 +31,7 @@ struct Gallery {
 /// Evaluates every input by itself.
 pub(crate) fn evaluate(args: &EvaluateArgs) -> Result<Outcome> {
     let plan = Plan {
-        options: args.look.options()?,
+        options: args.look.plain_options()?,
         methods: args.chosen(),
         robustness: !args.no_robustness,
     };

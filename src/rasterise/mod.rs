@@ -1,12 +1,16 @@
 //! Mean colours of the triangles, and the picture that they make.
 
+pub mod memory;
+
 use rayon::prelude::*;
 
 use crate::draw;
 use crate::frame::{Fill, Frame, Rgba};
 use crate::geom::Point;
 use crate::mesh::Mesh;
+use crate::options::Options;
 use crate::scan;
+use memory::Memory;
 
 /// A painted mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,20 +28,52 @@ const BAND: u32 = 64;
 /// Triangles whose means are taken as one piece of work.
 const PACK: usize = 512;
 
+/// Paints frame after frame; the colours of triangles that live on are remembered.
+#[derive(Debug)]
+pub struct Painter {
+    outline: Option<Rgba>,
+    coherence: f64,
+    memory: Memory,
+}
+
+impl Painter {
+    /// A painter as `options` ask for it.
+    pub fn new(options: &Options) -> Self {
+        let outline = options.outline.map(|colour| colour.0);
+        Self { outline, coherence: options.coherence, memory: Memory::default() }
+    }
+
+    /// Paints the next frame, see [`rasterise`]. `fresh` says that its mesh has nothing to do with the
+    /// last one.
+    pub fn paint(&mut self, mesh: &Mesh, frame: &Frame, fresh: bool) -> Painting {
+        let mut fills = means(mesh, frame);
+        if fresh {
+            self.memory.forget();
+        }
+        if self.coherence > 0.0 {
+            self.memory.steady(mesh, &mut fills, self.coherence);
+        }
+        paint(mesh, fills, self.outline)
+    }
+}
+
 /// Fills each triangle of `mesh` with the mean colour of the pixels of `frame` that it covers (paper,
 /// section 3: the last step), and draws its edges in `outline`, one pixel wide.
 ///
 /// A transparent pixel weighs nothing in the mean; the triangle's alpha is the mean alpha. Mesh and
 /// frame must have one size.
 pub fn rasterise(mesh: &Mesh, frame: &Frame, outline: Option<Rgba>) -> Painting {
-    let mut fills = means(mesh, frame);
-    let mut pixels = vec![[0; 4]; frame.size().pixels()];
+    paint(mesh, means(mesh, frame), outline)
+}
+
+fn paint(mesh: &Mesh, mut fills: Vec<Fill>, outline: Option<Rgba>) -> Painting {
+    let mut pixels = vec![[0; 4]; mesh.size.pixels()];
     fill(mesh, &fills, &mut pixels);
     if let Some(colour) = outline {
         let area = draw::edges(&mut pixels, mesh, colour);
         fills.push(Fill { colour, area });
     }
-    let frame = Frame::new(frame.size(), pixels).expect("as many pixels as the source has");
+    let frame = Frame::new(mesh.size, pixels).expect("as many pixels as the mesh covers");
     Painting { frame, fills }
 }
 

@@ -1,0 +1,81 @@
+//! Refinement of a 1 megapixel frame with 8,400 seeds: one step from nothing, one step of a video, and
+//! to convergence.
+
+use std::hint::black_box;
+
+use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use polyreel::chance::{Purpose, rank};
+use polyreel::frame::Frame;
+use polyreel::geom::{Point, Size};
+use polyreel::mesh::Mesh;
+use polyreel::refine::{RefineOptions, Refiner, refine};
+use polyreel::triangulate::triangulate;
+
+const SIZE: Size = Size::new(1024, 1024);
+
+/// Disks of colour on a gradient, with a little noise, `shift` pixels further to the left.
+fn picture(shift: u32) -> Frame {
+    let pixel = |i: u32| {
+        let (x, y) = (i % SIZE.width + shift, i / SIZE.width);
+        let (u, v) = (x % 128, y % 128);
+        let disk = u.abs_diff(64).pow(2) + v.abs_diff(64).pow(2) < 45 * 45;
+        let noise = (rank(1, Purpose::Noise, x, y) % 9) as u32;
+        let tone = if disk { (x / 128 * 47 + y / 128 * 91) % 200 } else { (x + y) / 16 };
+        [tone + noise, tone / 2 + 60, 200 - tone / 2 + noise, 255].map(|c| c.min(255) as u8)
+    };
+    let pixels = (0..SIZE.pixels() as u32).map(pixel).collect();
+    Frame::new(SIZE, pixels).expect("as many as pixels")
+}
+
+/// Seeds on a jittered grid.
+fn mesh() -> Mesh {
+    let seed = |i: u32| {
+        let bits = rank(2, Purpose::Keep, i, 0);
+        let jitter = |bits: u64| (bits % 2600) as i32;
+        let (x, y) = ((i % 92) as i32 * 2844, (i / 92) as i32 * 2844);
+        Point::new(x + 1 + jitter(bits), y + 1 + jitter(bits >> 32))
+    };
+    let seeds: Vec<_> = (0..92 * 92).map(seed).filter(|p| SIZE.contains(*p)).collect();
+    triangulate(SIZE, &seeds).expect("distinct seeds")
+}
+
+fn bench(c: &mut Criterion) {
+    let mut group = c.benchmark_group("refine 1 MP");
+    group.sample_size(10);
+    let (frames, start) = ([picture(0), picture(1)], mesh());
+    let one = RefineOptions { steps: 1, replace: 0.0, ..RefineOptions::normal() };
+    let mut refiner = Refiner::default();
+    group.bench_function("first step, in vain", |b| {
+        let none = RefineOptions { threshold: 1e9, ..one };
+        let run = |mut mesh| refiner.refine(black_box(&mut mesh), &frames[0], &none);
+        b.iter_batched(|| start.clone(), run, BatchSize::LargeInput);
+    });
+    group.bench_function("first step", |b| {
+        let run = |mut mesh| refiner.refine(black_box(&mut mesh), &frames[0], &one);
+        b.iter_batched(|| start.clone(), run, BatchSize::LargeInput);
+    });
+    for (name, live) in [
+        ("video, one step", RefineOptions { steps: 1, ..RefineOptions::live() }),
+        ("video, two steps", RefineOptions::live()),
+    ] {
+        group.bench_function(name, |b| {
+            let mut mesh = start.clone();
+            refiner.refine(&mut mesh, &frames[0], &RefineOptions::normal());
+            let mut turn = 0;
+            b.iter(|| {
+                turn = 1 - turn;
+                refiner.resume(&mut mesh, &frames[turn], &live)
+            });
+        });
+    }
+    for (name, options) in [("normal", RefineOptions::normal()), ("best", RefineOptions::best())] {
+        group.bench_function(name, |b| {
+            let run = |mut mesh| refine(black_box(&mut mesh), &frames[0], &options);
+            b.iter_batched(|| start.clone(), run, BatchSize::LargeInput);
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, bench);
+criterion_main!(benches);

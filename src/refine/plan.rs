@@ -1,0 +1,50 @@
+//! How much a frame is refined.
+
+use super::RefineOptions;
+use crate::options::{Options, Quality};
+
+/// The least number of steps that the first frame of a shot gets, where any are done at all: the
+/// frames after it start from its mesh.
+const SHOT_STEPS: u32 = 6;
+
+impl RefineOptions {
+    /// The plan for a frame: a `fresh` mesh, of a still or the first frame of a shot, takes many steps;
+    /// one that comes from the frame before a few, fewer changes and only such as are clearly worth it,
+    /// the more so the nearer `coherence` is to 1.
+    pub fn plan(options: &Options, fresh: bool) -> Self {
+        let plan = if fresh { Self::fresh(options) } else { Self::next(options) };
+        Self { regularity: options.regularity, ..plan }
+    }
+
+    fn fresh(options: &Options) -> Self {
+        match (options.refine, options.quality) {
+            (Some(0), _) | (None, Quality::Draft) => Self::draft(),
+            (Some(steps), _) if options.coherence > 0.0 => {
+                Self { steps: steps.max(SHOT_STEPS), ..Self::normal() }
+            }
+            (Some(steps), _) => Self { steps, ..Self::normal() },
+            (None, Quality::Normal) => Self::normal(),
+            (None, Quality::Best) => Self::best(),
+        }
+    }
+
+    fn next(options: &Options) -> Self {
+        let steps = options.refine.unwrap_or(match options.quality {
+            Quality::Draft => 0,
+            Quality::Normal => Self::live().steps,
+            Quality::Best => 2 * Self::live().steps,
+        });
+        if options.coherence >= 1.0 {
+            return Self::draft();
+        }
+        // The defaults of a live frame are for the middle; the threshold grows without bound towards 1.
+        let weight = options.coherence / (1.0 - options.coherence);
+        let live = Self::live();
+        Self {
+            steps,
+            threshold: live.threshold * weight,
+            replace: live.replace / weight.max(0.1),
+            ..live
+        }
+    }
+}

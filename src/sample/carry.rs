@@ -1,0 +1,150 @@
+//! The mesh goes along with the picture.
+
+use crate::flow::motion::Motion;
+use crate::geom::{Point, SUBPIXEL, Size, orient};
+use crate::mesh::{CORNERS, Mesh, Place};
+
+/// Shares of its way that a vertex tries, longest first; after the last it stays.
+const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
+
+/// Moves the vertices of `mesh` by `motion`, as far as all triangles keep their orientation and some
+/// area: where the picture folds, at the rim of what is covered or leaves the frame, vertices go half
+/// the way, a quarter, or stay. Border vertices slide along their border; corners stay. Returns how
+/// many moved. A sound mesh stays sound.
+pub fn carry(mesh: &mut Mesh, motion: &Motion) -> usize {
+    if motion.is_rest() {
+        return 0;
+    }
+    let size = mesh.size;
+    let from = mesh.vertices.clone();
+    let ways: Vec<(f64, f64)> = from.iter().map(|&p| way(p, size, motion)).collect();
+    let mut tried = vec![0usize; from.len()];
+    let place = |v: usize, tried: usize| {
+        let share = SHARES.get(tried).copied().unwrap_or(0.0);
+        step(from[v], ways[v], share, size)
+    };
+    for v in CORNERS..from.len() {
+        mesh.vertices[v] = place(v, 0);
+    }
+    // Every round takes back at least one vertex of each broken triangle; when all three stay where
+    // they were the triangle is the sound one it was.
+    let mut broken = true;
+    while broken {
+        broken = false;
+        for t in 0..mesh.triangles.len() {
+            let [a, b, c] = mesh.triangle(t);
+            if orient(a, b, c) >= LEAST_AREA {
+                continue;
+            }
+            for v in mesh.triangles[t].map(|v| v as usize) {
+                if tried[v] < SHARES.len() && v >= CORNERS {
+                    tried[v] += 1;
+                    mesh.vertices[v] = place(v, tried[v]);
+                    broken = true;
+                }
+            }
+        }
+    }
+    mesh.vertices.iter().zip(&from).filter(|(now, then)| now != then).count()
+}
+
+/// A triangle that motion makes smaller than this, doubled and in (1/256 pixel)^2, counts as folded: a
+/// quarter of a pixel.
+const LEAST_AREA: i64 = (SUBPIXEL as i64 * SUBPIXEL as i64) / 2;
+
+/// Where `p` is to go, in 1/256 pixel.
+fn way(p: Point, size: Size, motion: &Motion) -> (f64, f64) {
+    let (x, y) = p.to_pixels();
+    let [u, v] = motion.at(x as f32, y as f32).map(|d| f64::from(d) * f64::from(SUBPIXEL));
+    match Place::of(p, size) {
+        Place::Corner => (0.0, 0.0),
+        Place::SideBorder => (0.0, v),
+        Place::LevelBorder => (u, 0.0),
+        Place::Interior => (u, v),
+    }
+}
+
+/// `p` moved by a share of its way, kept inside the frame: inner vertices off the border.
+fn step(p: Point, (u, v): (f64, f64), share: f64, size: Size) -> Point {
+    let far = size.far();
+    let inside = |from: i32, by: f64, far: i32| {
+        let to = from + (by * share).round() as i32;
+        if from == 0 || from == far { from } else { to.clamp(1, far - 1) }
+    };
+    Point::new(inside(p.x, u, far.x), inside(p.y, v, far.y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chance::{Purpose, rank};
+    use crate::flow::motion::{Small, blocks};
+    use crate::frame::Frame;
+    use crate::triangulate::triangulate;
+
+    const SIZE: Size = Size::new(240, 160);
+
+    fn picture(shift: impl Fn(f64, f64) -> f64) -> Small {
+        let value = |x: u32, y: u32| {
+            let (x, y) = (f64::from(x), f64::from(y));
+            let u = x - shift(x, y);
+            let g = (128.0 + 60.0 * (u * 0.21).sin() * (y * 0.17).cos() + 40.0 * (u * 0.07).cos())
+                as u8;
+            [g, g, g, 255]
+        };
+        let pixels = (0..SIZE.height).flat_map(|y| (0..SIZE.width).map(move |x| (x, y)));
+        let pixels = pixels.map(|(x, y)| value(x, y)).collect();
+        Small::new(&Frame::new(SIZE, pixels).expect("a small frame"))
+    }
+
+    fn mesh() -> Mesh {
+        let at = |i: u32| {
+            let bits = rank(4, Purpose::Noise, i, 0);
+            Point::pixel_centre((bits % 240) as u32, (bits >> 20) as u32 % 160)
+        };
+        let mut seeds: Vec<_> = (0..700).map(at).collect();
+        seeds.extend([Point::new(99 * 256, 0), Point::new(0, 60 * 256)]);
+        seeds.sort_unstable();
+        seeds.dedup();
+        triangulate(SIZE, &seeds).expect("distinct seeds")
+    }
+
+    fn carried(shift: impl Fn(f64, f64) -> f64) -> (Mesh, Mesh) {
+        let (a, b) = (picture(|_, _| 0.0), picture(shift));
+        let (columns, rows) = blocks(&a);
+        let motion = Motion::between(&a, &b, &vec![true; columns.len() * rows.len()]);
+        let before = mesh();
+        let mut after = before.clone();
+        carry(&mut after, &motion);
+        (before, after)
+    }
+
+    #[test]
+    fn a_mesh_stays_sound_whatever_the_picture_does() {
+        for shift in [-14.0, -3.0, 0.5, 6.0, 14.0] {
+            let (before, after) = carried(|_, _| shift);
+            assert_eq!(after.check(), Ok(()), "moved by {shift}");
+            assert_eq!(after.triangles, before.triangles);
+            // Two halves that part or collide.
+            let (_, after) = carried(|x, _| if x < 120.0 { shift } else { -shift });
+            assert_eq!(after.check(), Ok(()), "split by {shift}");
+        }
+    }
+
+    #[test]
+    fn vertices_go_where_the_picture_goes() {
+        let (before, after) = carried(|_, _| 5.0);
+        let far = |p: &Point| p.x > 40 * 256 && p.x < 200 * 256 && p.y > 8 * 256 && p.y < 152 * 256;
+        let moves = before.vertices.iter().zip(&after.vertices).filter(|(p, _)| far(p));
+        let mut along: Vec<_> = moves.map(|(p, q)| f64::from(q.x - p.x) / 256.0).collect();
+        along.sort_unstable_by(f64::total_cmp);
+        let typical = along[along.len() / 2];
+        assert!((typical - 5.0).abs() < 0.5, "{typical}");
+    }
+
+    #[test]
+    fn rest_moves_nothing() {
+        let (before, after) = carried(|_, _| 0.0);
+        assert_eq!(before, after);
+    }
+}
