@@ -9,7 +9,7 @@ use image::{Rgba, RgbaImage};
 use polyreel::chance::{Purpose, rank};
 use polyreel::frame::Frame;
 use polyreel::geom::Size;
-use polyreel::options::{Colour, Options, Points};
+use polyreel::options::{Colour, FrontEnd, Method, Options, Points};
 use polyreel::render::Renderer;
 
 /// A picture of whole-number formulas: a disk and a bar on a gradient, with a little grain; `shift`
@@ -120,4 +120,39 @@ fn third_frame_of_a_moving_scene() {
 fn more_points_than_features() {
     let flat = Frame::filled(SIZE, [90, 120, 200, 255]).expect("flat");
     check("flat", &Options { outline: Some(Colour([0, 0, 0, 255])), ..points(60) }, &[flat]);
+}
+
+#[test]
+fn help() {
+    check("help", &Options { method: Method::Help, ..points(220) }, &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn hslp() {
+    check("hslp", &Options { method: Method::Hslp, ..points(220) }, &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn rlp() {
+    check("rlp", &Options { method: Method::Rlp, ..points(220) }, &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn entropy() {
+    check("entropy", &Options { method: Method::Entropy, ..points(220) }, &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn pic2polyart() {
+    check(
+        "pic2polyart",
+        &Options { method: Method::Pic2polyart, ..points(220) },
+        &[scene(SIZE, 0, false)],
+    );
+}
+
+#[test]
+fn sobel_before_density() {
+    let options = Options { features: Some(FrontEnd::Sobel), ..points(220) };
+    check("sobel", &options, &[scene(SIZE, 0, false)]);
 }

@@ -102,7 +102,7 @@ fn pass_triangles(bits: &mut impl Bits, triangles: &mut [[u32; 3]]) {
         (Number::default(), Number::default(), Number::default());
     let mut last = 0;
     for [a, b, c] in triangles {
-        *a = last + first.pass(bits, *a - last);
+        *a = last + first.pass(bits, a.wrapping_sub(last));
         // The first is the smallest; wrapping serves a decoder, whose values are not there yet.
         *b = *a + second.pass(bits, b.wrapping_sub(*a));
         let gap = c.wrapping_sub(*b) as i32;

@@ -282,3 +282,88 @@ fn pixels_of(grid: &HexGrid, cell: usize) -> impl Iterator<Item = (u32, u32)> + 
     rows.flat_map(move |y| columns.clone().map(move |x| (x, y)))
         .filter(move |&(x, y)| grid.cell_of_pixel(x, y) == cell)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::feature::mask::Mask;
+    use crate::feature::plane::Plane;
+    use proptest::prelude::*;
+
+    const SHARING: Sharing =
+        Sharing { min_points: 1, percentiles: CellPercentiles { high: 75.0, medium: 25.0 } };
+
+    fn ramp(size: Size) -> Features {
+        let score = (0..size.pixels()).map(|i| (i % size.width as usize) as f32).collect();
+        Features { candidates: Mask::new(size), score: Plane::new(size, score) }
+    }
+
+    #[test]
+    fn shares_are_those_of_algorithm_3() {
+        let size = Size::new(400, 300);
+        let grid = HexGrid::new(size, 20.0);
+        let cells = measure(&ramp(size), &grid);
+        let target = 1500;
+        let quotas = quotas(&cells, &grid, SHARING, target, 1);
+        assert_eq!(quotas.iter().sum::<usize>(), target);
+        let part: Vec<_> =
+            (0..grid.cells()).filter(|&c| takes_part(cells[c].pixels as f64, &grid)).collect();
+        assert!(part.iter().all(|&c| quotas[c] >= 1), "every cell has its minimum");
+        let mut means: Vec<_> = part.iter().map(|&c| cells[c].mean()).collect();
+        means.sort_unstable_by(f64::total_cmp);
+        let (high, low) = (percentile(&means, 75.0), percentile(&means, 25.0));
+        let extra = |wanted: &dyn Fn(f64) -> bool| -> usize {
+            part.iter().filter(|&&c| wanted(cells[c].mean())).map(|&c| quotas[c] - 1).sum()
+        };
+        let remaining = target - part.len();
+        assert_eq!(extra(&|v| v > high), remaining / 2);
+        assert_eq!(
+            extra(&|v| v < low),
+            remaining - remaining / 2 - remaining * 30 / 100,
+            "the low share has its sign set right"
+        );
+    }
+
+    #[test]
+    fn cells_grow_until_all_can_have_their_minimum() {
+        let size = Size::new(200, 200);
+        for (target, min_points) in [(100, 1), (100, 20), (7, 64)] {
+            let grid = value_grid(size, target, min_points, Some(1e-4));
+            let cells = counted(&grid);
+            assert!(cells * min_points as usize <= target || cells <= 1, "{target} {min_points}");
+        }
+    }
+
+    #[test]
+    fn cells_of_one_value_are_all_medium() {
+        let size = Size::new(100, 100);
+        let flat = Features { score: Some(Plane::filled(size, 2.0)), ..ramp(size) };
+        let grid = HexGrid::new(size, 10.0);
+        let cells = measure(&flat, &grid);
+        let quotas = quotas(&cells, &grid, SHARING, 700, 0);
+        assert_eq!(quotas.iter().sum::<usize>(), 700);
+        let full = (0..grid.cells()).filter(|&c| cells[c].pixels >= 80).map(|c| quotas[c]);
+        let (least, most) = full.fold((usize::MAX, 0), |(a, b), q| (a.min(q), b.max(q)));
+        assert!(most - least <= 2, "{least} to {most}");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(30))]
+
+        #[test]
+        fn points_are_distinct_and_within_the_target(
+            width in 1u32..70, height in 1u32..70, target in 0usize..900, cell in 2.0f64..20.0,
+            seed: u64,
+        ) {
+            let size = Size::new(width, height);
+            let grid = HexGrid::new(size, cell);
+            let mut points = share_by_value(&ramp(size), &grid, SHARING, target, seed);
+            let count = points.len();
+            prop_assert!(count <= target);
+            points.sort_unstable();
+            points.dedup();
+            prop_assert_eq!(points.len(), count);
+            prop_assert!(points.iter().all(|&(x, y)| x < width && y < height));
+        }
+    }
+}
