@@ -4,6 +4,7 @@ pub mod chance;
 pub mod colour;
 pub mod draw;
 pub mod error;
+pub mod evaluate;
 pub mod feature;
 pub mod flow;
 pub mod frame;

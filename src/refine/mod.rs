@@ -34,7 +34,7 @@ use crate::frame::Frame;
 use crate::mesh::Mesh;
 use descend::Descent;
 use flip::flip;
-use replace::{Worth, replace};
+use replace::{Worth, replace, turns};
 use rest::Rest;
 use rows::RowSums;
 use surface::Surface;
@@ -66,12 +66,12 @@ impl RefineOptions {
 
     /// Most of the gain for a third of the time of [`RefineOptions::best`].
     pub const fn normal() -> Self {
-        Self { steps: 5, replace: 0.03, ..Self::draft() }
+        Self { steps: 6, replace: 0.05, ..Self::draft() }
     }
 
     /// Until nothing is left to gain.
     pub const fn best() -> Self {
-        Self { steps: 60, replace: 0.1, threshold: 0.001, ..Self::draft() }
+        Self { steps: 60, replace: 0.05, threshold: 0.001, ..Self::draft() }
     }
 
     /// A frame of a video whose mesh comes from the frame before.
@@ -167,6 +167,7 @@ impl Refiner {
         worth.reset(surface.at.len(), surface.triangles());
         let begin = surface.clock;
         let mut since = begin;
+        let (mut still, turns) = (0, turns(surface.at.len(), most));
         for _ in 0..options.steps {
             let mut replaced = replace(surface, worth, rest, most, field);
             descent.start_anew(&replaced);
@@ -178,7 +179,8 @@ impl Refiner {
             refined.flipped += flipped;
             let quiet = moved + flipped + replaced.len() == 0;
             refined.replaced.append(&mut replaced);
-            if quiet && !surface.awake.contains(&true) {
+            still = if quiet { still + 1 } else { 0 };
+            if still >= turns && !surface.awake.contains(&true) {
                 break;
             }
         }

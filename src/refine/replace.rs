@@ -30,8 +30,14 @@ pub(super) struct Worth {
     passes: u32,
 }
 
-/// A pass that may re-place few vertices looks at this many for each of them, in turns.
-const LOOKED_AT: usize = 32;
+/// A pass that may re-place few vertices looks at this many for each of them, in turns. Measured: 8
+/// gain more in the same time than 32 or all.
+const LOOKED_AT: usize = 8;
+
+/// Passes until every vertex has had its turn, when each may re-place `most`.
+pub(super) fn turns(vertices: usize, most: usize) -> u32 {
+    if most == 0 { 1 } else { (vertices / (most * LOOKED_AT)).max(1) as u32 }
+}
 
 /// Which vertices and triangles it is the turn of.
 #[derive(Clone, Copy, Debug)]
@@ -136,7 +142,7 @@ pub(super) fn replace(
         return Vec::new();
     }
     surface.clock += 1;
-    let slices = (surface.at.len() / (most * LOOKED_AT)).max(1) as u32;
+    let slices = turns(surface.at.len(), most);
     let turn = Turn { slices, slice: worth.passes % slices };
     worth.passes = worth.passes.wrapping_add(1);
     worth.update(surface, rest, turn, field);

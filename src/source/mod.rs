@@ -163,6 +163,14 @@ pub fn open(inputs: &[String], options: &SourceOptions) -> Result<Input> {
     Ok(resized(trimmed(input, part), options))
 }
 
+/// The files that `inputs` name, as [`open`] finds them, each to be opened by itself.
+///
+/// # Errors
+/// When nothing is named, or a folder, glob or pattern holds no file.
+pub fn files(inputs: &[String]) -> Result<Vec<PathBuf>> {
+    expand::expand(inputs)
+}
+
 fn recognised(inputs: &[String], part: Option<Part>, options: &SourceOptions) -> Result<Input> {
     if inputs == ["-"] {
         return y4m::open_standard();

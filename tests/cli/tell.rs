@@ -101,7 +101,13 @@ fn inspect_shows_every_stage() {
         let first = picture.get_pixel(0, 0);
         assert!(picture.pixels().any(|pixel| pixel != first), "{name} is empty");
     }
-    assert_eq!(folder.listing().len(), 1 + 1 + names.len());
+    let maps = ["diffused", "edges", "entropy", "saliency"];
+    for name in maps {
+        assert_eq!(folder.open(&format!("stages/{name}.png")).dimensions(), (90, 60), "{name}");
+        let exact = folder.read(&format!("stages/{name}.npy"));
+        assert_eq!(exact.len(), 128 + 4 * 90 * 60, "{name}");
+    }
+    assert_eq!(folder.listing().len(), 1 + 1 + names.len() + 2 * maps.len());
     folder.run("render in.png -o out.png").success();
     assert_eq!(folder.open("stages/lowpoly.png"), folder.open("out.png"));
 

@@ -29,6 +29,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Render pictures or an animation as low-poly art
     Render(Box<RenderArgs>),
+    /// Compare methods on pictures and clips: the paper's tables
+    Evaluate(Box<EvaluateArgs>),
     /// Show what each stage sees, as PNGs
     Inspect(Box<InspectArgs>),
     /// Tell size, frames, rate, duration, alpha and audio of an input
@@ -83,8 +85,9 @@ pub(crate) struct RenderArgs {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Writes regions, candidates, grid, seeds, mesh and lowpoly, each as a PNG of the \
-                        picture's size.\n\nExample:\n  polyreel inspect portrait.png -o stages/"
+    after_help = "Writes regions, candidates, grid, seeds, mesh and lowpoly, and the maps saliency, \
+                        entropy (white is 8 bits), diffused and edges, each as a PNG of the picture's \
+                        size; the maps also as exact floats (.npy).\n\nExample:\n  polyreel inspect portrait.png -o stages/"
 )]
 pub(crate) struct InspectArgs {
     /// The picture; of an animation or a video, its first frame
@@ -104,6 +107,81 @@ pub(crate) struct InspectArgs {
     pub(crate) ffmpeg: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) look: LookArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(override_usage = "polyreel evaluate [OPTIONS] <INPUT>...")]
+#[command(
+    after_help = "Every picture is measured by itself, every GIF and video as a clip; without refinement, \
+                         unless --quality or --refine asks for it. A file that \
+                        cannot be read is reported and passed over; the exit code is 1 then.\n\nExample:\n  \
+                        polyreel evaluate pictures/ --methods hrlp,rlp --html report.html"
+)]
+pub(crate) struct EvaluateArgs {
+    #[command(flatten)]
+    pub(crate) input: InputArgs,
+    /// The methods to compare [default: all, or that of --method]
+    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',', value_parser = methods())]
+    #[arg(help_heading = "Comparison")]
+    pub(crate) methods: Vec<Method>,
+    /// Leave out the disturbed pictures, which take three quarters of the time
+    #[arg(long, help_heading = "Comparison")]
+    pub(crate) no_robustness: bool,
+    /// Write all figures as JSON, to standard output or FILE
+    #[arg(long, value_name = "FILE", help_heading = "Output", num_args = 0..=1)]
+    #[arg(default_missing_value = "-", require_equals = true)]
+    pub(crate) json: Option<PathBuf>,
+    /// Write the figures of every picture and method as CSV, to standard output or FILE
+    #[arg(long, value_name = "FILE", help_heading = "Output", num_args = 0..=1)]
+    #[arg(default_missing_value = "-", require_equals = true)]
+    pub(crate) csv: Option<PathBuf>,
+    /// Write the tables as Markdown, to standard output or FILE
+    #[arg(long, value_name = "FILE", help_heading = "Output", num_args = 0..=1)]
+    #[arg(default_missing_value = "-", require_equals = true)]
+    pub(crate) markdown: Option<PathBuf>,
+    /// Write one page with pictures, plots and tables, readable without a network
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(crate) html: Option<PathBuf>,
+    /// Replace files that are there already
+    #[arg(short = 'y', long, help_heading = "Output")]
+    pub(crate) overwrite: bool,
+    /// Threads that work inside a frame [default: one a core]
+    #[arg(long, value_name = "N", help_heading = "Run")]
+    pub(crate) threads: Option<NonZeroUsize>,
+    /// Print no tables and no bar
+    #[arg(short, long, help_heading = "Run")]
+    pub(crate) quiet: bool,
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
+}
+
+impl EvaluateArgs {
+    /// The inputs and the files to write. `--json out.json`, without its equals sign, looks like one
+    /// more input to the parser; no picture is called that, so it is what it looks like to its writer.
+    pub(crate) fn settled(mut self) -> Self {
+        let outputs =
+            [(&mut self.json, "json"), (&mut self.csv, "csv"), (&mut self.markdown, "md")];
+        for (output, extension) in outputs {
+            let names = |input: &String| {
+                PathBuf::from(input).extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
+            };
+            if output.as_ref().is_some_and(|path| path.as_os_str() == "-")
+                && let Some(place) = self.input.inputs.iter().position(names)
+            {
+                *output = Some(PathBuf::from(self.input.inputs.remove(place)));
+            }
+        }
+        self
+    }
+
+    /// The methods to compare, each once.
+    pub(crate) fn chosen(&self) -> Vec<Method> {
+        if self.methods.is_empty() {
+            return self.look.method.map_or_else(|| Method::ALL.to_vec(), |method| vec![method]);
+        }
+        let wanted = |method: &Method| self.methods.contains(method);
+        Method::ALL.into_iter().filter(wanted).collect()
+    }
 }
 
 #[derive(Debug, Args)]
@@ -314,6 +392,16 @@ const PAPER: &str = "The paper's parameters";
 const SCORES: &str = "Feature maps, and the methods that score every pixel";
 
 impl LookArgs {
+    /// As [`LookArgs::options`], but without refinement where none is asked for: methods are compared
+    /// by what they do themselves.
+    pub(crate) fn plain_options(&self) -> Result<Options> {
+        let mut options = self.options()?;
+        if self.quality.is_none() && self.refine.is_none() && self.preset.is_none() {
+            options.quality = Quality::Draft;
+        }
+        Ok(options)
+    }
+
     /// The preset's options (the defaults without one) with what was given on the command line.
     pub(crate) fn options(&self) -> Result<Options> {
         fn put<T: Clone>(field: &mut T, given: &Option<T>) {

@@ -5,20 +5,24 @@ use std::path::Path;
 use polyreel::draw;
 use polyreel::error::{Error, Result};
 use polyreel::feature::Extractor;
+use polyreel::feature::maps;
 use polyreel::feature::mask::Mask;
+use polyreel::feature::plane::Plane;
 use polyreel::feature::region::{Regions, TRANSPARENT};
+use polyreel::feature::saliency::saliency;
 use polyreel::frame::{Fill, Frame, Rational, Rgba, Span, StreamInfo};
 use polyreel::geom::{Point, Size};
 use polyreel::hex::HexGrid;
+use polyreel::options::Options;
 use polyreel::pipeline::Stop;
 use polyreel::render::Renderer;
 use polyreel::sample::Sampler;
 use polyreel::sink::{self, Picture, SinkOptions};
 use polyreel::source::{self, SourceOptions};
 
-use crate::Outcome;
 use crate::cli::InspectArgs;
 use crate::interrupt::Interrupt;
+use crate::{Outcome, npy};
 
 const WHITE: Rgba = [255, 255, 255, 255];
 const INK: Rgba = [24, 24, 32, 255];
@@ -63,10 +67,53 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
     std::fs::create_dir_all(&args.output)
         .map_err(|error| Error::output(&args.output, format!("cannot be made: {error}")))?;
     let to = SinkOptions { overwrite: args.overwrite, inputs, ..SinkOptions::default() };
+    for (name, map) in maps_of(&frame, &options) {
+        let shown = grey(&map.shown());
+        let png = args.output.join(name).with_extension("png");
+        write(&png, frame.size(), shown, &info, &to)?;
+        npy::write(&png.with_extension("npy"), &map.exact, args.overwrite)?;
+    }
     for (name, pixels) in stages {
         write(&args.output.join(name).with_extension("png"), frame.size(), pixels, &info, &to)?;
     }
     Ok(Outcome::Done)
+}
+
+/// A map with the value that is shown white.
+struct Map {
+    exact: Plane<f32>,
+    white: f32,
+}
+
+impl Map {
+    fn shown(&self) -> Plane<u8> {
+        let scale = 255.0 / self.white;
+        // A byte's plane is shown as it is, without rounding by the scale.
+        if self.white == 255.0 {
+            self.exact.to_bytes()
+        } else {
+            self.exact.map(|v| v * scale).to_bytes()
+        }
+    }
+}
+
+/// The maps that methods find feature points with, whichever is chosen.
+fn maps_of(frame: &Frame, options: &Options) -> [(&'static str, Map); 4] {
+    let luma = maps::visible_luma(frame);
+    let diffused = maps::diffused(&luma, options);
+    let entropy = maps::entropy_of(&diffused, options);
+    let edges = maps::edges(&luma).to_plane();
+    [
+        ("saliency", Map { exact: saliency(&luma), white: 1.0 }),
+        // Eight bits are the most that 256 levels carry.
+        ("entropy", Map { exact: entropy, white: 8.0 }),
+        ("diffused", Map { exact: diffused, white: 255.0 }),
+        ("edges", Map { exact: edges, white: 1.0 }),
+    ]
+}
+
+fn grey(plane: &Plane<u8>) -> Vec<Rgba> {
+    plane.values().iter().map(|&v| [v, v, v, 255]).collect()
 }
 
 fn write(

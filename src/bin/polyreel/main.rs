@@ -4,10 +4,12 @@
 
 mod amount;
 mod cli;
+mod evaluate;
 mod info;
 mod inspect;
 mod interrupt;
 mod manual;
+mod npy;
 mod progress;
 mod record;
 mod render;
@@ -30,11 +32,12 @@ enum Outcome {
 fn main() -> ExitCode {
     // A wrong command line ends here, with exit code 2.
     let cli = Cli::parse();
-    let outcome = match &cli.command {
-        Command::Render(args) => render::render(args),
-        Command::Inspect(args) => inspect::inspect(args),
-        Command::Info(args) => info::info(args),
-        Command::Completions { shell } => manual::completions(*shell),
+    let outcome = match cli.command {
+        Command::Render(args) => render::render(&args),
+        Command::Evaluate(args) => evaluate::evaluate(&args.settled()),
+        Command::Inspect(args) => inspect::inspect(&args),
+        Command::Info(args) => info::info(&args),
+        Command::Completions { shell } => manual::completions(shell),
         Command::Man { command } => manual::man(command.as_deref()),
     };
     ExitCode::from(match outcome {

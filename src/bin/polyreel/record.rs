@@ -29,8 +29,7 @@ impl Record {
             return Err(Error::output(path, "is a folder: name a file for the report"));
         }
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let file = builder()
-            .tempfile_in(folder.unwrap_or(Path::new(".")))
+        let file = beside(folder.unwrap_or(Path::new(".")))
             .map_err(|error| Error::output(path, format!("cannot be written: {error}")))?;
         Ok(Self { path: path.to_owned(), file })
     }
@@ -45,6 +44,11 @@ impl Record {
             .map(|_| ())
             .map_err(|error| Error::output(&self.path, format!("cannot be written: {error}")))
     }
+}
+
+/// An unfinished file in `folder`.
+pub(crate) fn beside(folder: &Path) -> std::io::Result<NamedTempFile> {
+    builder().tempfile_in(folder)
 }
 
 /// Readable by whom new files are readable by, where temporary files are the owner's alone.

@@ -1,0 +1,242 @@
+//! `polyreel evaluate`: the paper's tables on the user's own pictures.
+
+mod csv;
+mod page;
+mod plot;
+
+use std::path::{Path, PathBuf};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use polyreel::error::{Error, Result};
+use polyreel::evaluate::clip::evaluate_clip;
+use polyreel::evaluate::still::evaluate_still;
+use polyreel::evaluate::tables::{short_name, tables};
+use polyreel::evaluate::thumbnail::thumbnail;
+use polyreel::evaluate::{Evaluation, Failure, Plan, over_white};
+use polyreel::frame::Frame;
+use polyreel::source::{self, Input};
+
+use crate::cli::EvaluateArgs;
+use crate::{Outcome, print};
+
+/// Longest side of a picture on the page: two of them side by side on a small screen.
+const THUMBNAIL: u32 = 360;
+
+/// The pictures of one input on the page: what they show, and a JPEG each.
+struct Gallery {
+    name: String,
+    pictures: Vec<(String, Vec<u8>)>,
+}
+
+/// Evaluates every input by itself.
+pub(crate) fn evaluate(args: &EvaluateArgs) -> Result<Outcome> {
+    let plan = Plan {
+        options: args.look.plain_options()?,
+        methods: args.chosen(),
+        robustness: !args.no_robustness,
+    };
+    if args.input.inputs.iter().any(|input| input == "-") {
+        return Err(Error::usage("evaluate reads files: name pictures, clips or folders of them"));
+    }
+    let files = source::files(&args.input.inputs)?;
+    check_outputs(args, &files)?;
+    if let Some(threads) = args.threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.get())
+            .build_global()
+            .map_err(|error| Error::usage(format!("{threads} threads cannot be had: {error}")))?;
+    }
+    let mut work = Work {
+        args,
+        bar: bar(files.len() as u64, args.quiet),
+        found: Evaluation { plan, stills: Vec::new(), clips: Vec::new(), failures: Vec::new() },
+        galleries: Vec::new(),
+    };
+    for file in &files {
+        work.bar.set_message(short_name(file));
+        if let Err(error) = work.one(file) {
+            // Options that no input can be read with are the user's error, not the file's.
+            if matches!(error, Error::Usage(_)) && files.len() == 1 {
+                return Err(error);
+            }
+            let message = error.to_string();
+            work.bar.suspend(|| eprintln!("polyreel: warning: {message}; it is passed over"));
+            work.found.failures.push(Failure { path: file.clone(), error: message });
+        }
+        work.bar.inc(1);
+    }
+    work.bar.finish_and_clear();
+    let Work { found, galleries, .. } = work;
+    write_all(args, &found, &galleries)?;
+    match found.failures.len() {
+        0 => Ok(Outcome::Done),
+        n => Err(Error::input(
+            found.failures[0].path.clone(),
+            format!("could not be evaluated, {n} of {} inputs in all", files.len()),
+        )),
+    }
+}
+
+struct Work<'a> {
+    args: &'a EvaluateArgs,
+    bar: ProgressBar,
+    found: Evaluation,
+    galleries: Vec<Gallery>,
+}
+
+impl Work<'_> {
+    fn one(&mut self, file: &Path) -> Result<()> {
+        let name = file.to_str().ok_or_else(|| Error::input(file, "is not a name in UTF-8"))?;
+        let input = source::open(&[name.to_owned()], &self.args.input.options())?;
+        let mut gallery = Gallery { name: short_name(file), pictures: Vec::new() };
+        if input.info().still {
+            self.still(file, input, &mut gallery)?;
+        } else {
+            self.clip(file, input, &mut gallery)?;
+        }
+        self.galleries.push(gallery);
+        Ok(())
+    }
+
+    fn still(&mut self, file: &Path, input: Input, gallery: &mut Gallery) -> Result<()> {
+        let size = input.info().size;
+        let whole = source::open(&[file.to_string_lossy().into_owned()], &Default::default());
+        let is_whole = whole.is_ok_and(|whole| whole.info().size == size);
+        let bytes = std::fs::metadata(file).ok().filter(|_| is_whole).map(|file| file.len());
+        let Some(decoded) = input.start()?.next()? else {
+            return Err(Error::input(file, "has no frame to evaluate"));
+        };
+        let frame = decoded.frame;
+        let pages = self.args.html.is_some();
+        let mut shown = Ok(());
+        let mut add = |title: &str, picture: &Frame| {
+            if pages && shown.is_ok() {
+                shown = show(gallery, title, picture);
+            }
+        };
+        add("source", &over_white(&frame));
+        let scores =
+            evaluate_still(file.to_owned(), &frame, bytes, &self.found.plan, &mut |m, f| {
+                add(m.name(), f);
+            })?;
+        shown?;
+        self.found.stills.push(scores);
+        Ok(())
+    }
+
+    fn clip(&mut self, file: &Path, input: Input, gallery: &mut Gallery) -> Result<()> {
+        let pages = self.args.html.is_some();
+        let mut shown = Ok(());
+        let mut frames = input.start()?;
+        let bar = &self.bar;
+        let mut count = 0;
+        let scores = evaluate_clip(
+            file.to_owned(),
+            &mut *frames,
+            &self.found.plan,
+            &mut |method, frame| {
+                if pages && shown.is_ok() {
+                    shown = show(gallery, method.map_or("source", |m| m.name()), frame);
+                }
+            },
+            &mut || {
+                count += 1;
+                bar.set_message(format!("{}, frame {count}", short_name(file)));
+            },
+        )?;
+        shown?;
+        if scores.frames == 0 {
+            return Err(Error::input(file, "has no frame to evaluate"));
+        }
+        self.found.clips.push(scores);
+        Ok(())
+    }
+}
+
+fn show(gallery: &mut Gallery, title: &str, frame: &Frame) -> Result<()> {
+    gallery.pictures.push((title.to_owned(), thumbnail(frame, THUMBNAIL)?));
+    Ok(())
+}
+
+fn bar(files: u64, quiet: bool) -> ProgressBar {
+    use std::io::IsTerminal;
+    let shown = !quiet && std::io::stderr().is_terminal();
+    let target = if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let bar = ProgressBar::with_draw_target(Some(files), target);
+    let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} {msg}, {eta} left");
+    bar.set_style(style.expect("the template is a fixed, sound one"));
+    bar
+}
+
+/// Whether `path` stands for standard output.
+fn is_stdout(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+fn outputs(args: &EvaluateArgs) -> impl Iterator<Item = &PathBuf> {
+    [&args.json, &args.csv, &args.markdown, &args.html].into_iter().flatten()
+}
+
+/// Refuses, before any work is done, outputs that would replace something or one another.
+fn check_outputs(args: &EvaluateArgs, files: &[PathBuf]) -> Result<()> {
+    let all: Vec<_> = outputs(args).collect();
+    let same = |a: &Path, b: &Path| {
+        a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+    };
+    for (i, path) in all.iter().enumerate() {
+        if all[..i].contains(path) {
+            return Err(Error::usage(format!("{} is named for two outputs", path.display())));
+        }
+        if is_stdout(path) {
+            continue;
+        }
+        if files.iter().any(|file| same(file, path)) {
+            return Err(Error::usage(format!("{} is an input: name another file", path.display())));
+        }
+        if path.exists() && !args.overwrite {
+            return Err(Error::output(*path, "is there already; -y replaces it"));
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        if folder.is_some_and(|folder| !folder.is_dir()) || path.is_dir() {
+            return Err(Error::output(*path, "is not a place for a file; check the folder's name"));
+        }
+    }
+    Ok(())
+}
+
+fn write_all(args: &EvaluateArgs, found: &Evaluation, galleries: &[Gallery]) -> Result<()> {
+    let tables = tables(found);
+    if !args.quiet && !outputs(args).any(|path| is_stdout(path)) {
+        let text: Vec<_> = tables.iter().map(|table| table.to_text()).collect();
+        print(text.join("\n").as_bytes())?;
+    }
+    if let Some(path) = &args.json {
+        let value = serde_json::json!({ "evaluation": found, "tables": tables });
+        let mut json = serde_json::to_vec_pretty(&value).expect("plain data becomes JSON");
+        json.push(b'\n');
+        write(path, &json)?;
+    }
+    if let Some(path) = &args.csv {
+        write(path, csv::csv(found).as_bytes())?;
+    }
+    if let Some(path) = &args.markdown {
+        let text: Vec<_> = tables.iter().map(|table| table.to_markdown()).collect();
+        write(path, text.join("\n").as_bytes())?;
+    }
+    if let Some(path) = &args.html {
+        write(path, page::page(found, &tables, galleries).as_bytes())?;
+    }
+    Ok(())
+}
+
+/// Writes a file beside its place and puts it there when it is complete.
+fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    if is_stdout(path) {
+        return print(bytes).map(|_| ());
+    }
+    let failed = |error: std::io::Error| Error::output(path, format!("cannot be written: {error}"));
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let file = crate::record::beside(folder.unwrap_or(Path::new("."))).map_err(failed)?;
+    std::fs::write(file.path(), bytes).map_err(failed)?;
+    file.persist(path).map(|_| ()).map_err(|error| failed(error.error))
+}

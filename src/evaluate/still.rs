@@ -1,0 +1,158 @@
+//! The figures of one still.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use super::disturb::Disturbance;
+use super::packed::pack;
+use super::{Plan, over_white};
+use crate::error::Result;
+use crate::frame::Frame;
+use crate::geom::Size;
+use crate::metric::mse::{mse, psnr};
+use crate::metric::ssim::{ssim, ssim_gaussian};
+use crate::options::Method;
+use crate::render::{Rendered, Renderer};
+
+/// How like a rendering is to its source.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Likeness {
+    /// SSIM of the rounded luma, uniform window of 7x7, -1..1; `None` for frames smaller than that.
+    pub ssim: Option<f64>,
+    /// SSIM of the rounded luma, Gaussian window of 11x11; `None` for frames smaller than that.
+    pub ssim_gaussian: Option<f64>,
+    /// Mean squared error over RGB, 0..65025.
+    pub mse: f64,
+    /// Its peak signal-to-noise ratio in decibels; `None` where nothing differs.
+    pub psnr: Option<f64>,
+}
+
+impl Likeness {
+    /// The likeness of two opaque frames.
+    ///
+    /// # Errors
+    /// When they differ in size.
+    pub fn of(source: &Frame, rendered: &Frame) -> Result<Self> {
+        let mse = mse(source, rendered)?;
+        Ok(Self {
+            ssim: ssim(source, rendered).ok(),
+            ssim_gaussian: ssim_gaussian(source, rendered).ok(),
+            mse,
+            psnr: Some(psnr(mse)).filter(|v| v.is_finite()),
+        })
+    }
+}
+
+/// What a method made of a still.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct MethodScores {
+    /// The method.
+    pub method: Method,
+    /// Feature points of level one.
+    pub candidates: usize,
+    /// 100 - 100 x feature points / pixels, as the paper's Table 2 prints its rates.
+    pub candidates_rate: f64,
+    /// Seeds of level two, border points among them, corners not.
+    pub seeds: usize,
+    /// 100 - 100 x seeds / pixels.
+    pub seeds_rate: f64,
+    /// Triangles of the mesh.
+    pub triangles: usize,
+    /// Bytes of the mesh with its colours ([`super::packed`]).
+    pub mesh_bytes: usize,
+    /// 100 - 100 x mesh bytes / file bytes, where the picture is a file read at its full size.
+    pub reduction: Option<f64>,
+    /// Likeness to the source.
+    pub likeness: Likeness,
+    /// Milliseconds from pixels to pixels: no decoding, no encoding.
+    pub ms: f64,
+    /// Likeness of the renderings of disturbed pictures to the undisturbed source.
+    pub robustness: Vec<(Disturbance, Likeness)>,
+}
+
+/// The figures of a still.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct StillScores {
+    /// The file.
+    pub path: PathBuf,
+    /// Width and height as evaluated.
+    pub size: Size,
+    /// Bytes of the file.
+    pub file_bytes: Option<u64>,
+    /// One entry a method, in the plan's order.
+    pub methods: Vec<MethodScores>,
+}
+
+/// Evaluates `frame` of the file `path`; `file_bytes` where the frame is all of the file. `seen` is
+/// shown every rendering, over white.
+///
+/// # Errors
+/// When an option is out of range.
+pub fn evaluate_still(
+    path: PathBuf,
+    frame: &Frame,
+    file_bytes: Option<u64>,
+    plan: &Plan,
+    seen: &mut dyn FnMut(Method, &Frame),
+) -> Result<StillScores> {
+    let source = over_white(frame);
+    let disturbed: Vec<(Disturbance, Frame)> = if plan.robustness {
+        let all = Disturbance::ALL.into_iter();
+        all.map(|d| Ok((d, d.apply(&source, plan.options.seed)?))).collect::<Result<_>>()?
+    } else {
+        Vec::new()
+    };
+    let mut methods = Vec::with_capacity(plan.methods.len());
+    for &method in &plan.methods {
+        let options = plan.options_for(method);
+        let render = |frame: &Frame| Renderer::new(&options)?.render(frame);
+        let began = Instant::now();
+        let rendered = render(frame)?;
+        let ms = began.elapsed().as_secs_f64() * 1e3;
+        let painted = over_white(&rendered.painting.frame);
+        seen(method, &painted);
+        let likeness = Likeness::of(&source, &painted)?;
+        let tried = disturbed.iter().map(|(disturbance, frame)| {
+            Ok((*disturbance, Likeness::of(&source, &render(frame)?.painting.frame)?))
+        });
+        let robustness = tried.collect::<Result<_>>()?;
+        methods.push(scores(
+            method,
+            frame.size(),
+            file_bytes,
+            &rendered,
+            likeness,
+            ms,
+            robustness,
+        )?);
+    }
+    Ok(StillScores { path, size: frame.size(), file_bytes, methods })
+}
+
+fn scores(
+    method: Method,
+    size: Size,
+    file_bytes: Option<u64>,
+    rendered: &Rendered,
+    likeness: Likeness,
+    ms: f64,
+    robustness: Vec<(Disturbance, Likeness)>,
+) -> Result<MethodScores> {
+    let rate = |points: usize| 100.0 - 100.0 * points as f64 / size.pixels() as f64;
+    let seeds = rendered.mesh.seeds().len();
+    let mesh_bytes = pack(&rendered.mesh, &rendered.painting.fills)?.len();
+    let reduction = |bytes: u64| 100.0 - 100.0 * mesh_bytes as f64 / bytes.max(1) as f64;
+    Ok(MethodScores {
+        method,
+        candidates: rendered.candidates,
+        candidates_rate: rate(rendered.candidates),
+        seeds,
+        seeds_rate: rate(seeds),
+        triangles: rendered.mesh.triangles.len(),
+        mesh_bytes,
+        reduction: file_bytes.map(reduction),
+        likeness,
+        ms,
+        robustness,
+    })
+}
