@@ -295,7 +295,7 @@ mod tests {
 
     fn ramp(size: Size) -> Features {
         let score = (0..size.pixels()).map(|i| (i % size.width as usize) as f32).collect();
-        Features { candidates: Mask::new(size), score: Plane::new(size, score) }
+        Features { score: Plane::new(size, score), ..Mask::new(size).into() }
     }
 
     #[test]
