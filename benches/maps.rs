@@ -8,7 +8,6 @@ use polyreel::feature::canny::Canny;
 use polyreel::feature::diffusion::Diffusion;
 use polyreel::feature::edges::{laplacian, sobel};
 use polyreel::feature::entropy::entropy;
-use polyreel::feature::plane::Plane;
 use polyreel::feature::saliency::saliency;
 use polyreel::feature::slic::{Slic, corners};
 use polyreel::flow::flow;
@@ -16,6 +15,7 @@ use polyreel::frame::Frame;
 use polyreel::geom::Size;
 use polyreel::metric::mse::mse;
 use polyreel::metric::ssim::{ssim, ssim_gaussian};
+use polyreel::plane::Plane;
 
 /// Disks of colour on a gradient, with a little noise, as a photograph has it.
 fn picture(size: Size, shift: u32) -> Frame {

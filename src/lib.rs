@@ -1,4 +1,36 @@
-//! polyreel turns pictures, GIFs and video into low-poly art.
+//! polyreel turns pictures, GIFs and video into low-poly art, frame by frame.
+//!
+//! A [`frame::Frame`] goes through three levels: [`feature`] finds the pixels that matter, [`sample`]
+//! thins them on a hexagonal grid to seeds, which [`triangulate`] makes a mesh of, and [`refine`] lets
+//! the mesh learn where the edges are; [`rasterise`] fills each triangle with the mean colour of its
+//! pixels. [`render::Renderer`] is that chain on one thread, [`pipeline::run`] on a thread a stage,
+//! from a [`source`] to a [`sink`].
+//!
+//! ```text
+//! decode -> features -> sample, triangulate, refine -> rasterise -> encode
+//! ```
+//!
+//! The mesh lives on from frame to frame, carried along with the picture:
+//!
+//! ```
+//! use polyreel::{frame::Frame, geom::Size, options::{Options, Points}, render::Renderer};
+//!
+//! # fn main() -> polyreel::error::Result<()> {
+//! let options = Options { points: Points::Count(40), ..Options::default() };
+//! let mut renderer = Renderer::new(&options)?;
+//! let frame = Frame::filled(Size::new(64, 48), [90, 120, 60, 255])?;
+//! let first = renderer.render(&frame)?;
+//! let second = renderer.render(&frame)?;
+//! assert_eq!(first.painting.frame, second.painting.frame);
+//! assert_eq!(second.life.kept, 40);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Layers, lowest first; a module uses only what stands above it: [`geom`], [`stage`], [`error`],
+//! [`frame`], [`chance`]; [`options`], [`mesh`], [`hex`], [`scan`], [`draw`], [`colour`], [`flow`],
+//! [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`]; [`render`], [`source`],
+//! [`sink`], [`metric`], [`evaluate`]; [`pipeline`].
 
 pub mod chance;
 pub mod colour;
@@ -15,6 +47,7 @@ pub mod metric;
 pub mod options;
 pub mod pattern;
 pub mod pipeline;
+pub mod plane;
 pub mod rasterise;
 pub mod refine;
 pub mod render;
@@ -24,3 +57,8 @@ pub mod sink;
 pub mod source;
 pub mod stage;
 pub mod triangulate;
+
+/// The README's example, compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -5,12 +5,12 @@ use polyreel::feature::canny::Canny;
 use polyreel::feature::diffusion::Diffusion;
 use polyreel::feature::edges::{laplacian, sobel};
 use polyreel::feature::entropy::entropy;
-use polyreel::feature::plane::Plane;
 use polyreel::feature::saliency::saliency;
 use polyreel::frame::Frame;
 use polyreel::geom::Size;
 use polyreel::metric::mse::mse;
 use polyreel::metric::ssim::{ssim, ssim_gaussian};
+use polyreel::plane::Plane;
 
 const PICTURES: [(&str, u32, u32); 4] =
     [("ramps", 32, 24), ("blocks", 61, 47), ("noise", 33, 40), ("disk", 61, 47)];

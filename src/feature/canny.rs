@@ -6,8 +6,8 @@
 
 use super::edges::{about, by_rows, gradient};
 use super::mask::Mask;
-use super::plane::Plane;
 use crate::error::{Error, Result};
+use crate::plane::Plane;
 
 /// Share of the pixels that are taken not to be edges (MATLAB, `edge`, method `canny`).
 const NOT_EDGES: f64 = 0.7;

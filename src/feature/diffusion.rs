@@ -4,9 +4,9 @@
 
 use rayon::prelude::*;
 
-use super::plane::Plane;
 use crate::error::{Error, Result};
 use crate::geom::Size;
+use crate::plane::Plane;
 
 /// Rows that one task works through.
 const BAND: usize = 64;

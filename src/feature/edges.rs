@@ -3,8 +3,8 @@
 
 use rayon::prelude::*;
 
-use super::plane::Plane;
 use crate::geom::Size;
+use crate::plane::Plane;
 
 /// The rows above, at and below row `y`; beyond the border the border row itself.
 pub(super) fn about<T: Copy>(plane: &Plane<T>, y: u32) -> [&[T]; 3] {

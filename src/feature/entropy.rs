@@ -3,9 +3,9 @@
 
 use rayon::prelude::*;
 
-use super::plane::Plane;
 use crate::error::{Error, Result};
 use crate::geom::Size;
+use crate::plane::Plane;
 
 /// The radius of the disk in the paper's HELP.
 pub const DEFAULT_RADIUS: u32 = 5;

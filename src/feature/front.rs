@@ -3,12 +3,12 @@
 use super::edges::{laplacian, sobel};
 use super::lottery::Lottery;
 use super::maps;
-use super::plane::Plane;
 use super::saliency::saliency;
 use super::slic::{Slic, corners};
 use super::{Extractor, Features, region};
 use crate::frame::Frame;
 use crate::options::{FrontEnd, Method, Options};
+use crate::plane::Plane;
 
 /// Exponents of the scores as weights. Entropy and saliency are broad: taken as they are they would
 /// make nearly every pixel about as likely as the next. See `docs/calibration.md`.

@@ -8,8 +8,8 @@
 use rayon::prelude::*;
 
 use super::mask::Mask;
-use super::plane::Plane;
 use crate::chance::{Purpose, rank};
+use crate::plane::Plane;
 
 /// Bins of weight from which the limit of the keys is found.
 const BINS: usize = 1 << 12;

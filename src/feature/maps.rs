@@ -5,9 +5,9 @@ use super::canny::Canny;
 use super::diffusion::Diffusion;
 use super::entropy::entropy;
 use super::mask::Mask;
-use super::plane::Plane;
 use crate::frame::{Frame, Rgba, luma};
 use crate::options::Options;
+use crate::plane::Plane;
 
 const VALID: &str = "the options were validated before the chain was built";
 

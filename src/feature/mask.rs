@@ -1,7 +1,7 @@
 //! A set of pixels, one bit each.
 
-use super::plane::Plane;
 use crate::geom::Size;
+use crate::plane::Plane;
 
 /// A set of pixels of a frame. Rows are padded to whole 64-bit words.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -10,7 +10,6 @@ mod lab;
 pub mod lottery;
 pub mod maps;
 pub mod mask;
-pub mod plane;
 pub mod region;
 pub mod saliency;
 pub mod slic;
@@ -18,9 +17,9 @@ pub mod smooth;
 
 use crate::frame::Frame;
 use crate::options::Options;
+use crate::plane::Plane;
 use change::{Change, Watcher};
 use mask::Mask;
-use plane::Plane;
 use region::{Picks, Regions};
 use smooth::smooth;
 

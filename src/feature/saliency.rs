@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use rustfft::num_complex::Complex;
 use rustfft::{FftDirection, FftPlanner};
 
-use super::plane::Plane;
 use crate::geom::Size;
+use crate::plane::Plane;
 
 /// Side of the square on which the spectrum is taken (Hou and Zhang, section 2.2).
 const SIDE: usize = 64;

@@ -6,10 +6,10 @@ use rayon::prelude::*;
 
 use super::lab::{Lab, STEPS};
 use super::mask::Mask;
-use super::plane::Plane;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::geom::Size;
+use crate::plane::Plane;
 
 /// Rows that one task works through.
 const BAND: usize = 16;

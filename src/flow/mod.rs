@@ -9,8 +9,8 @@ mod patch;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::feature::plane::Plane;
 use crate::geom::Size;
+use crate::plane::Plane;
 use patch::{PATCH, Patch, cell, sample};
 
 /// Distance of neighbouring patches in pixels (`OpenCV`'s `DISOpticalFlow`, preset medium).

@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use super::patch::{PATCH, Patch, sample};
 use super::starts;
-use crate::feature::plane::Plane;
 use crate::frame::{Frame, luma};
 use crate::geom::Size;
+use crate::plane::Plane;
 
 /// The longer side of a small picture is at most this; a whole number of pixels becomes one.
 const SMALL_SIDE: u32 = 480;

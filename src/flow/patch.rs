@@ -1,8 +1,8 @@
 //! A patch of a picture looks for its like in another (inverse search: Kroeger et al. 2016, section 2.1;
 //! Baker and Matthews, "Lucas-Kanade 20 Years On", 2004).
 
-use crate::feature::plane::Plane;
 use crate::geom::Size;
+use crate::plane::Plane;
 
 /// Side of a patch in pixels (Kroeger et al., section 3).
 pub(super) const PATCH: usize = 8;

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::same_size;
 use crate::error::{Error, Result};
-use crate::feature::plane::Plane;
 use crate::frame::Frame;
+use crate::plane::Plane;
 
 /// Rows that one task works through. Fixed, so that sums are added in one order on any number of
 /// threads.

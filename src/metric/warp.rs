@@ -5,10 +5,10 @@ use rayon::prelude::*;
 
 use super::same_size;
 use crate::error::Result;
-use crate::feature::plane::Plane;
 use crate::flow::{Flow, between, flow};
 use crate::frame::Frame;
 use crate::geom::Size;
+use crate::plane::Plane;
 
 /// `E_warp`: the mean over pairs of successive frames of the mean over unoccluded pixels of the
 /// squared distance, in RGB of 0..1, between `O_t` and `O_t-1` moved along the flow of the source

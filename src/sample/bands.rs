@@ -7,7 +7,7 @@
 
 use super::thin;
 use crate::feature::mask::Mask;
-use crate::feature::plane::Plane;
+use crate::plane::Plane;
 
 const BANDS: usize = 4;
 

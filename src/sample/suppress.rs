@@ -6,8 +6,8 @@
 //! pixel for any number of seeds: the suppressed area shrinks as they grow in number. It is one
 //! sequence all the same, and no other core can help.
 
-use crate::feature::plane::Plane;
 use crate::geom::Size;
+use crate::plane::Plane;
 
 /// Side of a tile in pixels.
 const TILE: u32 = 16;

@@ -287,7 +287,7 @@ fn pixels_of(grid: &HexGrid, cell: usize) -> impl Iterator<Item = (u32, u32)> + 
 mod tests {
     use super::*;
     use crate::feature::mask::Mask;
-    use crate::feature::plane::Plane;
+    use crate::plane::Plane;
     use proptest::prelude::*;
 
     const SHARING: Sharing =

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use polyreel::error::{Error, Result};
-use polyreel::feature::plane::Plane;
+use polyreel::plane::Plane;
 
 /// Writes `plane` as an array of shape (height, width) of little-endian 32-bit floats.
 pub(crate) fn write(path: &Path, plane: &Plane<f32>, overwrite: bool) -> Result<()> {

@@ -1,12 +1,7 @@
-//! Reads raw video out of a NUT stream, the container in which ffmpeg hands us frames with exact times.
-//!
-//! Follows the specification (<https://ffmpeg.org/~michael/nut.txt>, versions 3 and 4) for one stream
-//! that is read from front to back: no index, no seeking, no resynchronisation. A damaged stream is
-//! an error, as it comes through a pipe and cannot be damaged but by its end.
+//! Packets of NUT that are not frames: numbers, checksums, and the headers before the first frame.
 
 use std::io::{self, Read};
 
-use crate::frame::Rational;
 use crate::geom::Size;
 
 /// What a NUT file begins with.
@@ -34,9 +29,9 @@ pub(crate) mod flag {
 }
 
 /// Headers longer than this are none of ours.
-const MAX_HEADER: u64 = 1 << 20;
+pub(super) const MAX_HEADER: u64 = 1 << 20;
 /// From this size on a packet's header has a checksum of its own, and elision ends.
-const LONG: u64 = 4096;
+pub(super) const LONG: u64 = 4096;
 
 /// CRC-32 with generator 0x04C11DB7, most significant bit first, nothing inverted: over a block with
 /// its checksum behind it, it is 0.
@@ -48,12 +43,12 @@ pub(crate) fn crc(bytes: &[u8]) -> u32 {
     })
 }
 
-fn broken(what: &str) -> io::Error {
+pub(super) fn broken(what: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, format!("NUT: {what}"))
 }
 
 /// Reads numbers from a stream of bytes.
-trait Numbers {
+pub(super) trait Numbers {
     fn byte(&mut self) -> io::Result<u8>;
 
     /// A number of any length (`v`): seven bits a byte, the most significant first.
@@ -88,195 +83,36 @@ impl<R: Read> Numbers for R {
 
 /// What a frame code stands for.
 #[derive(Clone, Copy, Default)]
-struct Code {
-    flags: u64,
-    stream: u64,
-    multiplier: u64,
-    size: u64,
-    delta: i64,
-    reserved: u64,
-    header: u64,
+pub(super) struct Code {
+    pub(super) flags: u64,
+    pub(super) stream: u64,
+    pub(super) multiplier: u64,
+    pub(super) size: u64,
+    pub(super) delta: i64,
+    pub(super) reserved: u64,
+    pub(super) header: u64,
 }
 
 /// The main header.
-struct Main {
-    streams: u64,
-    time_bases: Vec<(u64, u64)>,
-    codes: Vec<Code>,
+pub(super) struct Main {
+    pub(super) streams: u64,
+    pub(super) time_bases: Vec<(u64, u64)>,
+    pub(super) codes: Vec<Code>,
     /// Beginnings that frames may leave out; the first is empty.
-    headers: Vec<Vec<u8>>,
+    pub(super) headers: Vec<Vec<u8>>,
 }
 
 /// The stream header.
-struct Stream {
-    fourcc: [u8; 4],
-    time_base: usize,
-    shift: u32,
-    size: Size,
-}
-
-/// A NUT stream with one raw video in it.
-pub struct NutReader<R> {
-    input: R,
-    main: Main,
-    stream: Stream,
-    last_pts: i64,
-    frame_bytes: usize,
-}
-
-impl<R: Read> NutReader<R> {
-    /// Reads the headers of `input`. Every frame must have `frame_bytes` bytes, which bounds what is
-    /// taken into memory.
-    ///
-    /// # Errors
-    /// When the headers cannot be read (`UnexpectedEof` when the stream is empty) or do not hold one
-    /// video stream.
-    pub fn new(mut input: R, frame_bytes: usize) -> io::Result<Self> {
-        let mut id = [0; ID.len()];
-        input.read_exact(&mut id)?;
-        if id != ID {
-            return Err(broken("the stream does not begin as one"));
-        }
-        let (code, packet) = read_packet(&mut input, None)?;
-        if code != MAIN {
-            return Err(broken("no main header"));
-        }
-        let main = read_main(&packet)?;
-        loop {
-            let (code, packet) = read_packet(&mut input, None)?;
-            if code == STREAM {
-                let stream = read_stream(&packet, &main)?;
-                return Ok(Self { input, main, stream, last_pts: 0, frame_bytes });
-            }
-        }
-    }
-
-    /// The size of the video.
-    pub fn size(&self) -> Size {
-        self.stream.size
-    }
-
-    /// The four letters that name its pixel format.
-    pub fn fourcc(&self) -> [u8; 4] {
-        self.stream.fourcc
-    }
-
-    /// Seconds of one unit of time.
-    pub fn time_base(&self) -> Rational {
-        let (num, den) = self.main.time_bases[self.stream.time_base];
-        Rational::new(num as i64, den as i64)
-    }
-
-    /// Reads the next frame into `out` and returns its time in units of the time base; `None` at the
-    /// end.
-    ///
-    /// # Errors
-    /// When the stream ends within a frame or makes no sense.
-    pub fn next(&mut self, out: &mut Vec<u8>) -> io::Result<Option<i64>> {
-        loop {
-            let mut first = [0];
-            if read_some(&mut self.input, &mut first)? == 0 {
-                return Ok(None);
-            }
-            if first[0] == b'N' {
-                let (code, packet) = read_packet(&mut self.input, Some(b'N'))?;
-                if code == SYNCPOINT {
-                    self.synchronise(&packet)?;
-                }
-                continue;
-            }
-            return self.frame(first[0], out).map(Some);
-        }
-    }
-
-    /// Takes over the time of a syncpoint.
-    fn synchronise(&mut self, mut packet: &[u8]) -> io::Result<()> {
-        let bases = self.main.time_bases.len() as u64;
-        let time = packet.number()?;
-        let (num, den) = self.main.time_bases[(time % bases) as usize];
-        let (own_num, own_den) = self.main.time_bases[self.stream.time_base];
-        let scaled = u128::from(time / bases) * u128::from(num) * u128::from(own_den);
-        self.last_pts = (scaled / (u128::from(den) * u128::from(own_num))) as i64;
-        Ok(())
-    }
-
-    fn frame(&mut self, code: u8, out: &mut Vec<u8>) -> io::Result<i64> {
-        let code = self.main.codes[usize::from(code)];
-        let mut flags = code.flags;
-        if flags & flag::INVALID != 0 {
-            return Err(broken("a frame has an invalid code"));
-        }
-        let input = &mut self.input;
-        if flags & flag::CODED != 0 {
-            flags ^= input.number()?;
-        }
-        if flags & flag::SIDE_DATA != 0 {
-            return Err(broken("a frame has side data"));
-        }
-        let stream = if flags & flag::STREAM_ID != 0 { input.number()? } else { code.stream };
-        if stream != 0 {
-            return Err(broken("there is more than one stream"));
-        }
-        let pts = if flags & flag::CODED_PTS != 0 {
-            full_pts(input.number()?, self.stream.shift, self.last_pts)
-        } else {
-            self.last_pts + code.delta
-        };
-        let mut size = code.size;
-        if flags & flag::SIZE_MSB != 0 {
-            size += code.multiplier.saturating_mul(input.number()?);
-        }
-        if flags & flag::MATCH_TIME != 0 {
-            input.signed()?;
-        }
-        let header = if flags & flag::HEADER_INDEX != 0 { input.number()? } else { code.header };
-        let reserved = if flags & flag::RESERVED != 0 { input.number()? } else { code.reserved };
-        for _ in 0..reserved {
-            input.number()?;
-        }
-        if flags & flag::CHECKSUM != 0 {
-            input.read_exact(&mut [0; 4])?;
-        }
-        if size != self.frame_bytes as u64 {
-            return Err(broken(&format!("a frame has {size} bytes, not {}", self.frame_bytes)));
-        }
-        let header = if size > LONG { 0 } else { header as usize };
-        let header = self.main.headers.get(header).ok_or_else(|| broken("no such header"))?;
-        out.resize(self.frame_bytes, 0);
-        let (start, rest) = out
-            .split_at_mut_checked(header.len())
-            .ok_or_else(|| broken("a frame is shorter than its header"))?;
-        start.copy_from_slice(header);
-        input.read_exact(rest)?;
-        self.last_pts = pts;
-        Ok(pts)
-    }
-}
-
-/// The time that `coded` stands for: whole, or its last `shift` bits near the time before.
-fn full_pts(coded: u64, shift: u32, last: i64) -> i64 {
-    let range = 1i64 << shift;
-    let coded = coded as i64;
-    if coded >= range {
-        return coded - range;
-    }
-    let delta = last - (range - 1) / 2;
-    (coded.wrapping_sub(delta) & (range - 1)) + delta
-}
-
-/// Reads until `buffer` is full or the input ends; returns how much there was.
-fn read_some(input: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
-    loop {
-        match input.read(buffer) {
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            other => return other,
-        }
-    }
+pub(super) struct Stream {
+    pub(super) fourcc: [u8; 4],
+    pub(super) time_base: usize,
+    pub(super) shift: u32,
+    pub(super) size: Size,
 }
 
 /// Reads a packet that is not a frame: its start code (whose first byte may have been read already)
 /// and its contents without the checksum.
-fn read_packet(input: &mut impl Read, first: Option<u8>) -> io::Result<(u64, Vec<u8>)> {
+pub(super) fn read_packet(input: &mut impl Read, first: Option<u8>) -> io::Result<(u64, Vec<u8>)> {
     let mut code = [0; 8];
     match first {
         Some(byte) => {
@@ -310,7 +146,7 @@ fn read_packet(input: &mut impl Read, first: Option<u8>) -> io::Result<(u64, Vec
     Ok((code, packet))
 }
 
-fn read_main(packet: &[u8]) -> io::Result<Main> {
+pub(super) fn read_main(packet: &[u8]) -> io::Result<Main> {
     let mut input = packet;
     let version = input.number()?;
     if !(2..=4).contains(&version) {
@@ -348,7 +184,7 @@ fn read_main(packet: &[u8]) -> io::Result<Main> {
 }
 
 /// The table of frame codes: runs of entries whose fields stay as they are until told otherwise.
-fn read_codes(input: &mut &[u8]) -> io::Result<Vec<Code>> {
+pub(super) fn read_codes(input: &mut &[u8]) -> io::Result<Vec<Code>> {
     let mut codes = Vec::with_capacity(256);
     let mut run = Code { multiplier: 1, ..Code::default() };
     while codes.len() < 256 {
@@ -393,7 +229,7 @@ fn read_codes(input: &mut &[u8]) -> io::Result<Vec<Code>> {
     Ok(codes)
 }
 
-fn read_stream(packet: &[u8], main: &Main) -> io::Result<Stream> {
+pub(super) fn read_stream(packet: &[u8], main: &Main) -> io::Result<Stream> {
     let mut input = packet;
     let (id, class) = (input.number()?, input.number()?);
     if main.streams != 1 || id != 0 || class != 0 {
@@ -439,21 +275,5 @@ mod tests {
         assert!(read(&[0x80]).is_err(), "cut short");
         let signed = [0, 1, 2, 3].map(|byte| (&mut &[byte][..]).signed().expect("one byte"));
         assert_eq!(signed, [0, 1, -1, 2]);
-    }
-
-    #[test]
-    fn short_times_are_those_near_the_last() {
-        assert_eq!(full_pts(5, 7, 128), 133);
-        assert_eq!(full_pts(120, 7, 130), 120);
-        assert_eq!(full_pts(128 + 77, 7, 1_000_000), 77);
-    }
-
-    #[test]
-    fn rubbish_is_an_error_not_a_panic() {
-        for length in 0..64 {
-            let bytes: Vec<u8> =
-                ID.iter().copied().chain((0..length).map(|i: u8| i.wrapping_mul(37))).collect();
-            assert!(NutReader::new(&bytes[..], 6).is_err());
-        }
     }
 }

@@ -1,0 +1,195 @@
+//! Reads raw video out of a NUT stream, the container in which ffmpeg hands us frames with exact times.
+//!
+//! Follows the specification (<https://ffmpeg.org/~michael/nut.txt>, versions 3 and 4) for one stream
+//! that is read from front to back: no index, no seeking, no resynchronisation. A damaged stream is
+//! an error, as it comes through a pipe and cannot be damaged but by its end.
+
+mod packet;
+
+use std::io::{self, Read};
+
+use crate::frame::Rational;
+use crate::geom::Size;
+
+pub(crate) use packet::{ID, INFO, MAIN, STREAM, SYNCPOINT, crc, flag};
+use packet::{LONG, Main, Numbers, Stream, broken, read_main, read_packet, read_stream};
+
+/// A NUT stream with one raw video in it.
+pub struct NutReader<R> {
+    input: R,
+    main: Main,
+    stream: Stream,
+    last_pts: i64,
+    frame_bytes: usize,
+}
+
+impl<R: Read> NutReader<R> {
+    /// Reads the headers of `input`. Every frame must have `frame_bytes` bytes, which bounds what is
+    /// taken into memory.
+    ///
+    /// # Errors
+    /// When the headers cannot be read (`UnexpectedEof` when the stream is empty) or do not hold one
+    /// video stream.
+    pub fn new(mut input: R, frame_bytes: usize) -> io::Result<Self> {
+        let mut id = [0; ID.len()];
+        input.read_exact(&mut id)?;
+        if id != ID {
+            return Err(broken("the stream does not begin as one"));
+        }
+        let (code, packet) = read_packet(&mut input, None)?;
+        if code != MAIN {
+            return Err(broken("no main header"));
+        }
+        let main = read_main(&packet)?;
+        loop {
+            let (code, packet) = read_packet(&mut input, None)?;
+            if code == STREAM {
+                let stream = read_stream(&packet, &main)?;
+                return Ok(Self { input, main, stream, last_pts: 0, frame_bytes });
+            }
+        }
+    }
+
+    /// The size of the video.
+    pub fn size(&self) -> Size {
+        self.stream.size
+    }
+
+    /// The four letters that name its pixel format.
+    pub fn fourcc(&self) -> [u8; 4] {
+        self.stream.fourcc
+    }
+
+    /// Seconds of one unit of time.
+    pub fn time_base(&self) -> Rational {
+        let (num, den) = self.main.time_bases[self.stream.time_base];
+        Rational::new(num as i64, den as i64)
+    }
+
+    /// Reads the next frame into `out` and returns its time in units of the time base; `None` at the
+    /// end.
+    ///
+    /// # Errors
+    /// When the stream ends within a frame or makes no sense.
+    pub fn next(&mut self, out: &mut Vec<u8>) -> io::Result<Option<i64>> {
+        loop {
+            let mut first = [0];
+            if read_some(&mut self.input, &mut first)? == 0 {
+                return Ok(None);
+            }
+            if first[0] == b'N' {
+                let (code, packet) = read_packet(&mut self.input, Some(b'N'))?;
+                if code == SYNCPOINT {
+                    self.synchronise(&packet)?;
+                }
+                continue;
+            }
+            return self.frame(first[0], out).map(Some);
+        }
+    }
+
+    /// Takes over the time of a syncpoint.
+    fn synchronise(&mut self, mut packet: &[u8]) -> io::Result<()> {
+        let bases = self.main.time_bases.len() as u64;
+        let time = packet.number()?;
+        let (num, den) = self.main.time_bases[(time % bases) as usize];
+        let (own_num, own_den) = self.main.time_bases[self.stream.time_base];
+        let scaled = u128::from(time / bases) * u128::from(num) * u128::from(own_den);
+        self.last_pts = (scaled / (u128::from(den) * u128::from(own_num))) as i64;
+        Ok(())
+    }
+
+    fn frame(&mut self, code: u8, out: &mut Vec<u8>) -> io::Result<i64> {
+        let code = self.main.codes[usize::from(code)];
+        let mut flags = code.flags;
+        if flags & flag::INVALID != 0 {
+            return Err(broken("a frame has an invalid code"));
+        }
+        let input = &mut self.input;
+        if flags & flag::CODED != 0 {
+            flags ^= input.number()?;
+        }
+        if flags & flag::SIDE_DATA != 0 {
+            return Err(broken("a frame has side data"));
+        }
+        let stream = if flags & flag::STREAM_ID != 0 { input.number()? } else { code.stream };
+        if stream != 0 {
+            return Err(broken("there is more than one stream"));
+        }
+        let pts = if flags & flag::CODED_PTS != 0 {
+            full_pts(input.number()?, self.stream.shift, self.last_pts)
+        } else {
+            self.last_pts + code.delta
+        };
+        let mut size = code.size;
+        if flags & flag::SIZE_MSB != 0 {
+            size += code.multiplier.saturating_mul(input.number()?);
+        }
+        if flags & flag::MATCH_TIME != 0 {
+            input.signed()?;
+        }
+        let header = if flags & flag::HEADER_INDEX != 0 { input.number()? } else { code.header };
+        let reserved = if flags & flag::RESERVED != 0 { input.number()? } else { code.reserved };
+        for _ in 0..reserved {
+            input.number()?;
+        }
+        if flags & flag::CHECKSUM != 0 {
+            input.read_exact(&mut [0; 4])?;
+        }
+        if size != self.frame_bytes as u64 {
+            return Err(broken(&format!("a frame has {size} bytes, not {}", self.frame_bytes)));
+        }
+        let header = if size > LONG { 0 } else { header as usize };
+        let header = self.main.headers.get(header).ok_or_else(|| broken("no such header"))?;
+        out.resize(self.frame_bytes, 0);
+        let (start, rest) = out
+            .split_at_mut_checked(header.len())
+            .ok_or_else(|| broken("a frame is shorter than its header"))?;
+        start.copy_from_slice(header);
+        input.read_exact(rest)?;
+        self.last_pts = pts;
+        Ok(pts)
+    }
+}
+
+/// The time that `coded` stands for: whole, or its last `shift` bits near the time before.
+fn full_pts(coded: u64, shift: u32, last: i64) -> i64 {
+    let range = 1i64 << shift;
+    let coded = coded as i64;
+    if coded >= range {
+        return coded - range;
+    }
+    let delta = last - (range - 1) / 2;
+    (coded.wrapping_sub(delta) & (range - 1)) + delta
+}
+
+/// Reads until `buffer` is full or the input ends; returns how much there was.
+fn read_some(input: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
+    loop {
+        match input.read(buffer) {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            other => return other,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn short_times_are_those_near_the_last() {
+        assert_eq!(full_pts(5, 7, 128), 133);
+        assert_eq!(full_pts(120, 7, 130), 120);
+        assert_eq!(full_pts(128 + 77, 7, 1_000_000), 77);
+    }
+
+    #[test]
+    fn rubbish_is_an_error_not_a_panic() {
+        for length in 0..64 {
+            let bytes: Vec<u8> =
+                ID.iter().copied().chain((0..length).map(|i: u8| i.wrapping_mul(37))).collect();
+            assert!(NutReader::new(&bytes[..], 6).is_err());
+        }
+    }
+}

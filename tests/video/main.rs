@@ -1,0 +1,14 @@
+//! Video in and out through a real ffmpeg, and through stand-ins that misbehave.
+//!
+//! Needs ffmpeg and ffprobe: without them tests are skipped, loudly, or fail if `REQUIRE_FFMPEG=1`.
+
+#![cfg(unix)]
+
+mod broken;
+mod faults;
+mod given;
+mod pixels;
+mod program;
+mod sound;
+mod stand_in;
+mod time;
