@@ -128,8 +128,7 @@ fn sizes(evaluation: &Evaluation) -> Table {
             ]
         },
     );
-    let ends: [(&str, fn(f64, f64) -> f64); 2] = [("min", f64::min), ("max", f64::max)];
-    for (name, pick) in ends {
+    for (name, pick) in [("min", f64::min as fn(f64, f64) -> f64), ("max", f64::max)] {
         for &method in &evaluation.plan.methods {
             let most = |values: &mut dyn Iterator<Item = f64>| values.reduce(pick);
             let scores = || of_method(evaluation, method);

@@ -38,10 +38,10 @@ pub(super) fn svg(title: &str, names: &[String], lines: &[Line]) -> String {
     let mut tick = (low / step).ceil() * step;
     while tick <= high + step * 0.01 {
         let (at, right) = (y(tick), WIDTH - RIGHT);
-        let _ = write!(
+        let _ = writeln!(
             svg,
             "<path class=\"rule\" d=\"M{LEFT} {at:.1}H{right}\"/>\
-             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\n",
+             <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
             LEFT - 8.0,
             at + 4.0,
             trimmed(tick)
