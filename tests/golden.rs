@@ -122,37 +122,38 @@ fn more_points_than_features() {
     check("flat", &Options { outline: Some(Colour([0, 0, 0, 255])), ..points(60) }, &[flat]);
 }
 
+/// Levels one and two alone, which is where the methods differ.
+fn unrefined(method: Method) -> Options {
+    Options { method, refine: Some(0), ..points(220) }
+}
+
 #[test]
 fn help() {
-    check("help", &Options { method: Method::Help, ..points(220) }, &[scene(SIZE, 0, false)]);
+    check("help", &unrefined(Method::Help), &[scene(SIZE, 0, false)]);
 }
 
 #[test]
 fn hslp() {
-    check("hslp", &Options { method: Method::Hslp, ..points(220) }, &[scene(SIZE, 0, false)]);
+    check("hslp", &unrefined(Method::Hslp), &[scene(SIZE, 0, false)]);
 }
 
 #[test]
 fn rlp() {
-    check("rlp", &Options { method: Method::Rlp, ..points(220) }, &[scene(SIZE, 0, false)]);
+    check("rlp", &unrefined(Method::Rlp), &[scene(SIZE, 0, false)]);
 }
 
 #[test]
 fn entropy() {
-    check("entropy", &Options { method: Method::Entropy, ..points(220) }, &[scene(SIZE, 0, false)]);
+    check("entropy", &unrefined(Method::Entropy), &[scene(SIZE, 0, false)]);
 }
 
 #[test]
 fn pic2polyart() {
-    check(
-        "pic2polyart",
-        &Options { method: Method::Pic2polyart, ..points(220) },
-        &[scene(SIZE, 0, false)],
-    );
+    check("pic2polyart", &unrefined(Method::Pic2polyart), &[scene(SIZE, 0, false)]);
 }
 
 #[test]
 fn sobel_before_density() {
-    let options = Options { features: Some(FrontEnd::Sobel), ..points(220) };
+    let options = Options { features: Some(FrontEnd::Sobel), ..unrefined(Method::Hrlp) };
     check("sobel", &options, &[scene(SIZE, 0, false)]);
 }
