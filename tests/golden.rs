@@ -9,7 +9,7 @@ use image::{Rgba, RgbaImage};
 use polyreel::chance::{Purpose, rank};
 use polyreel::frame::Frame;
 use polyreel::geom::Size;
-use polyreel::options::{Colour, FrontEnd, Method, Options, Points};
+use polyreel::options::{Colour, FrontEnd, Method, Options, Points, Quality};
 use polyreel::render::Renderer;
 
 /// A picture of whole-number formulas: a disk and a bar on a gradient, with a little grain; `shift`
@@ -122,9 +122,9 @@ fn more_points_than_features() {
     check("flat", &Options { outline: Some(Colour([0, 0, 0, 255])), ..points(60) }, &[flat]);
 }
 
-/// Levels one and two alone, which is where the methods differ.
+/// Level one and two of a method alone: refinement would level out what tells methods apart.
 fn unrefined(method: Method) -> Options {
-    Options { method, refine: Some(0), ..points(220) }
+    Options { method, quality: Quality::Draft, ..points(220) }
 }
 
 #[test]
