@@ -107,7 +107,7 @@ impl Mesher {
     /// When no number of points reaches the target, or it cannot be measured.
     pub fn sample(&mut self, features: &Features, frame: &Frame) -> Result<Start> {
         if let (Points::Auto, Some(target)) = (self.options.points, self.options.error) {
-            let count = fewest(&self.options, target, features, frame, &mut self.refiner)?;
+            let count = fewest(&self.options, target, features, frame)?;
             self.options.points = Points::Count(count);
             self.sampler = Sampler::new(&self.options);
         }

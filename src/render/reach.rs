@@ -80,15 +80,15 @@ pub(super) fn fewest(
     target: Target,
     features: &Features,
     frame: &Frame,
-    refiner: &mut Refiner,
 ) -> Result<u32> {
     let most = u32::try_from(frame.size().pixels() / PIXELS_A_POINT).unwrap_or(u32::MAX).max(1);
-    let mut try_out = |count: u32| -> Result<f64> {
+    let try_out = |count: u32| -> Result<f64> {
         let options = Options { points: Points::Count(count), ..options.clone() };
         let seeds = Sampler::new(&options).choose(features);
         let mut mesh = triangulate(frame.size(), &seeds)?;
         let plan = RefineOptions::plan(&options, true);
-        let refined = reach(target, refiner, &mut mesh, frame, &plan)?;
+        // A refiner of its own: what it has learnt of another mesh must not count.
+        let refined = reach(target, &mut Refiner::default(), &mut mesh, frame, &plan)?;
         Ok(refined.likeness.unwrap_or(f64::NEG_INFINITY))
     };
     let (mut low, mut high) = (0, FIRST.min(most));
