@@ -1,10 +1,13 @@
 //! What a render is asked to do: one plain structure, presets, and their validation.
 
+mod target;
+
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::frame::Rgba;
 use crate::geom::Size;
+pub use target::Target;
 
 /// Level one and two of the chain, by the names of the paper (its section 3; the last three are the
 /// methods that it compares itself with in section 4).
@@ -147,14 +150,18 @@ pub enum Points {
     Count(u32),
     /// This share of the pixels, 0..1 (the command line and presets write per cent).
     Share(f64),
+    /// The fewest that reach [`Options::error`], found on the first frame.
+    Auto,
 }
 
 impl Points {
-    /// The number of seeds for a frame of `size`; never more than it has pixels.
+    /// The number of seeds for a frame of `size`; never more than it has pixels. Of [`Points::Auto`],
+    /// as long as it has not been found, the default.
     pub fn target(self, size: Size) -> usize {
         let wanted = match self {
             Points::Count(n) => n as usize,
             Points::Share(share) => (size.pixels() as f64 * share).floor() as usize,
+            Points::Auto => Points::default().target(size),
         };
         wanted.min(size.pixels())
     }
@@ -172,12 +179,14 @@ impl std::str::FromStr for Points {
     fn from_str(text: &str) -> Result<Self> {
         let wrong = || {
             Error::usage(format!(
-                "'{text}' is not a number of points: write a count (2000) or a share (0.8%)"
+                "'{text}' is not a number of points: write a count (2000), a share (0.8%) or auto"
             ))
         };
         if let Some(percent) = text.strip_suffix('%') {
             let percent: f64 = percent.trim().parse().map_err(|_| wrong())?;
             Ok(Points::Share(percent / 100.0))
+        } else if text.trim() == "auto" {
+            Ok(Points::Auto)
         } else {
             Ok(Points::Count(text.trim().parse().map_err(|_| wrong())?))
         }
@@ -203,6 +212,7 @@ impl std::fmt::Display for Points {
             Points::Count(n) => write!(f, "{n}"),
             // Six digits hide the binary rounding of percent / 100 * 100.
             Points::Share(share) => write!(f, "{}%", (share * 1e8).round() / 1e6),
+            Points::Auto => f.write_str("auto"),
         }
     }
 }
@@ -368,6 +378,10 @@ pub struct Options {
     /// alone, and so many for each frame of a stream, the first of a shot getting a few more. Default
     /// `None`.
     pub refine: Option<u32>,
+    /// Likeness at which the refinement of a fresh mesh stops, in place of a number of steps; it goes
+    /// as far as [`Quality::Best`] where the target is out of reach. The frames that follow it in a
+    /// shot are refined as [`Options::quality`] says. Default `None`.
+    pub error: Option<Target>,
     /// How much well-shaped triangles count against the error, 0 (not at all) to 1 (nothing else).
     /// Default 0.5.
     pub regularity: f64,
@@ -421,6 +435,7 @@ impl Default for Options {
             coherence: 0.5,
             quality: Quality::default(),
             refine: None,
+            error: None,
             regularity: 0.5,
             smoothing: 2,
             clusters: 8,
@@ -473,6 +488,12 @@ impl Options {
     pub fn validate(&self) -> Result<()> {
         match self.points {
             Points::Count(0) => return Err(out_of_range("points", 0, "at least 1")),
+            Points::Auto if self.error.is_none() => {
+                return Err(Error::usage("points can only be auto beside an error to reach"));
+            }
+            Points::Auto if self.hex_density.is_some() => {
+                return Err(Error::usage("points cannot be auto where hex-density is given"));
+            }
             Points::Share(s) if !(s > 0.0 && s <= 1.0) => {
                 return Err(out_of_range("points", self.points, "above 0% and at most 100%"));
             }
@@ -491,6 +512,13 @@ impl Options {
             }
         }
         check_range("refine", self.refine.unwrap_or(0), 0, 1000)?;
+        if let Some(target) = self.error.filter(|target| !target.is_sound()) {
+            return Err(out_of_range(
+                "error",
+                target,
+                "psnr:1 to psnr:100, or ssim:0.01 to ssim:0.9999",
+            ));
+        }
         check_range("max-points", self.max_points, 1, 64)?;
         check_range("default-points", self.default_points, 0, self.max_points)?;
         if let Some(density) = self.hex_density
@@ -586,6 +614,14 @@ mod tests {
         let base = Options::default;
         assert!(said(Options { points: Points::Count(0), ..base() }).contains("points"));
         assert!(said(Options { points: Points::Share(f64::NAN), ..base() }).contains("points"));
+        let error = Some(Target::Ssim(0.5));
+        Options { points: Points::Auto, error, ..base() }.validate().expect("a target to reach");
+        assert!(said(Options { points: Points::Auto, ..base() }).contains("auto"));
+        let both = Options { points: Points::Auto, error, hex_density: Some(0.01), ..base() };
+        assert!(said(both).contains("hex-density"));
+        for wrong in [Target::Ssim(1.0), Target::Psnr(f64::NAN), Target::Psnr(0.0)] {
+            assert!(said(Options { error: Some(wrong), ..base() }).contains("error"));
+        }
         assert!(said(Options { clusters: 1, ..base() }).contains("clusters"));
         assert!(said(Options { hex_density: Some(0.0), ..base() }).contains("hex-density"));
         assert!(said(Options { candidates: 0.0, ..base() }).contains("candidates"));
@@ -601,7 +637,12 @@ mod tests {
 
     #[test]
     fn options_survive_a_preset_file() {
-        let options = Options { outline: Some(Colour([1, 2, 3, 255])), ..Options::default() };
+        let options = Options {
+            outline: Some(Colour([1, 2, 3, 255])),
+            points: Points::Auto,
+            error: Some(Target::Psnr(30.0)),
+            ..Options::default()
+        };
         let text = toml::to_string(&options).expect("options are plain data");
         assert_eq!(toml::from_str::<Options>(&text).expect("what was written"), options);
         let error = toml::from_str::<Options>("pionts = \"3\"").expect_err("a misspelt key");

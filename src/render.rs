@@ -1,14 +1,17 @@
 //! The whole chain on one thread: the still-image API, and the oracle for the threaded pipeline.
 
+mod reach;
+
 use crate::error::Result;
 use crate::feature::{Extractor, Features};
 use crate::frame::Frame;
 use crate::mesh::Mesh;
-use crate::options::Options;
+use crate::options::{Options, Points};
 use crate::rasterise::{Painter, Painting};
 use crate::refine::{RefineOptions, Refined, Refiner};
 use crate::sample::{Life, Sampler, Start};
 use crate::triangulate::triangulate;
+use reach::{fewest, reach};
 
 /// A frame that went through the chain.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +24,8 @@ pub struct Rendered {
     pub life: Life,
     /// Steps of refinement that were done.
     pub refine_steps: u32,
+    /// Likeness to the source in the measure of [`Options::error`], where it was refined to that.
+    pub likeness: Option<f64>,
     /// Number of feature points that level one found.
     pub candidates: usize,
 }
@@ -65,16 +70,17 @@ impl Renderer {
     /// The next frame as low-poly art.
     ///
     /// # Errors
-    /// None for frames of one stream; the error type leaves room for methods with needs of their own.
+    /// Where [`Options::error`] cannot be measured (SSIM of a frame smaller than its window), or not be
+    /// reached by any number of [`Points::Auto`].
     pub fn render(&mut self, frame: &Frame) -> Result<Rendered> {
         let features = self.extractor.extract(frame);
-        let (mut mesh, fresh) = triangulate_start(frame, self.mesher.sample(&features))?;
-        let refined = self.mesher.refine(&mut mesh, frame, fresh);
+        let (mut mesh, fresh) = triangulate_start(frame, self.mesher.sample(&features, frame)?)?;
+        let refined = self.mesher.refine(&mut mesh, frame, fresh)?;
         let life = self.mesher.remember(&mesh, fresh, &refined);
         let painting = self.painter.paint(&mesh, frame, fresh);
-        let refine_steps = refined.steps;
+        let (refine_steps, likeness) = (refined.steps, refined.likeness);
         let candidates = features.candidates.len();
-        Ok(Rendered { painting, mesh, life, refine_steps, candidates })
+        Ok(Rendered { painting, mesh, life, refine_steps, likeness, candidates })
     }
 }
 
@@ -94,19 +100,31 @@ impl Mesher {
         Self { options: options.clone(), sampler, refiner: Refiner::default() }
     }
 
-    /// Level two: see [`Sampler::sample`].
-    pub fn sample(&mut self, features: &Features) -> Start {
-        self.sampler.sample(features)
+    /// Level two: see [`Sampler::sample`]. The first time, [`Points::Auto`] is found and becomes a
+    /// count.
+    ///
+    /// # Errors
+    /// When no number of points reaches the target, or it cannot be measured.
+    pub fn sample(&mut self, features: &Features, frame: &Frame) -> Result<Start> {
+        if let (Points::Auto, Some(target)) = (self.options.points, self.options.error) {
+            let count = fewest(&self.options, target, features, frame)?;
+            self.options.points = Points::Count(count);
+            self.sampler = Sampler::new(&self.options);
+        }
+        Ok(self.sampler.sample(features))
     }
 
     /// Level three: refines `mesh`, anew when it is `fresh`, else as the mesh of the frame before.
-    pub fn refine(&mut self, mesh: &mut Mesh, frame: &Frame, fresh: bool) -> Refined {
+    ///
+    /// # Errors
+    /// When [`Options::error`] cannot be measured on a frame of this size.
+    pub fn refine(&mut self, mesh: &mut Mesh, frame: &Frame, fresh: bool) -> Result<Refined> {
         let plan = RefineOptions::plan(&self.options, fresh);
-        if fresh {
-            self.refiner.refine(mesh, frame, &plan)
-        } else {
-            self.refiner.resume(mesh, frame, &plan)
-        }
+        Ok(match self.options.error {
+            Some(target) if fresh => reach(target, &mut self.refiner, mesh, frame, &plan)?,
+            _ if fresh => self.refiner.refine(mesh, frame, &plan),
+            _ => self.refiner.resume(mesh, frame, &plan),
+        })
     }
 
     /// Takes up the mesh for the next frame: see [`Sampler::remember`].

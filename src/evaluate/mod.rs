@@ -14,7 +14,7 @@ pub mod thumbnail;
 
 use std::path::PathBuf;
 
-use crate::frame::Frame;
+pub use crate::metric::over_white;
 use crate::options::{Method, Options};
 use clip::ClipScores;
 use still::StillScores;
@@ -59,17 +59,4 @@ pub struct Evaluation {
     pub clips: Vec<ClipScores>,
     /// The inputs that could not be evaluated.
     pub failures: Vec<Failure>,
-}
-
-/// `frame` over white: what is compared, so that colours which nobody sees do not count.
-pub fn over_white(frame: &Frame) -> Frame {
-    if frame.is_opaque() {
-        return frame.clone();
-    }
-    let pixels = frame.pixels().iter().map(|&[r, g, b, a]| {
-        let over =
-            |v: u8| ((u32::from(v) * u32::from(a) + 255 * (255 - u32::from(a)) + 127) / 255) as u8;
-        [over(r), over(g), over(b), 255]
-    });
-    Frame::new(frame.size(), pixels.collect()).expect("as many pixels as before")
 }

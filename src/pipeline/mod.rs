@@ -28,7 +28,7 @@ use crossbeam_channel::{Receiver, Sender, bounded};
 
 use crate::error::{Error, Result};
 use crate::feature::Extractor;
-use crate::options::Options;
+use crate::options::{Options, Target};
 use crate::rasterise::Painter;
 use crate::render::{Mesher, triangulate_start};
 use crate::sink::{Picture, Sink};
@@ -103,7 +103,8 @@ pub fn run(
     let over = AtomicBool::new(false);
     let dropped = AtomicU64::new(0);
     let mut histograms = StageHistograms::new();
-    let mut frames = 0;
+    let (mut frames, mut short, mut least) = (0, 0, None);
+    let enough = settings.options.error.map_or(f64::NEG_INFINITY, Target::value);
     let ending = thread::scope(|scope| {
         let end = End(&over);
         let (admit, admitted) = bounded(ROOM);
@@ -118,6 +119,10 @@ pub fn run(
 
         for report in told {
             frames += 1;
+            if let Some(likeness) = report.likeness {
+                short += u64::from(likeness < enough);
+                least = Some(least.map_or(likeness, |least: f64| least.min(likeness)));
+            }
             histograms.add(&report.timing);
             if observer.frame_done(&report).is_break() {
                 stop.request();
@@ -132,6 +137,8 @@ pub fn run(
     Ok(Summary {
         frames,
         dropped: dropped.into_inner(),
+        short,
+        likeness: least,
         wall: began.elapsed(),
         stages: StageTimes(histograms.percentiles()),
         ending,
@@ -202,12 +209,12 @@ fn build_mesh(
 ) -> Result<Meshed> {
     let Featured { mut ticket, frame, features } = hop;
     let report = &mut ticket.report;
-    let start = pool.work(|| clock.time(Stage::Sample, report, || Ok(mesher.sample(&features))))?;
+    let start =
+        pool.work(|| clock.time(Stage::Sample, report, || mesher.sample(&features, &frame)))?;
     let (mut mesh, fresh) =
         pool.work(|| clock.time(Stage::Triangulate, report, || triangulate_start(&frame, start)))?;
-    let refined = pool.work(|| {
-        clock.time(Stage::Refine, report, || Ok(mesher.refine(&mut mesh, &frame, fresh)))
-    })?;
+    let refined = pool
+        .work(|| clock.time(Stage::Refine, report, || mesher.refine(&mut mesh, &frame, fresh)))?;
     let life = mesher.remember(&mesh, fresh, &refined);
     report.seeds = mesh.seeds().len();
     report.seeds_kept = life.kept;
@@ -217,6 +224,7 @@ fn build_mesh(
     report.cut = life.cut;
     report.triangles = mesh.triangles.len();
     report.refine_steps = refined.steps;
+    report.likeness = refined.likeness;
     Ok(Meshed { ticket, frame, mesh, fresh })
 }
 

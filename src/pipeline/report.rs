@@ -32,6 +32,9 @@ pub struct FrameReport {
     pub triangles: usize,
     /// Refinement steps that it got.
     pub refine_steps: u32,
+    /// Likeness to the source in the measure of `--error`, of frames that were refined to a target.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub likeness: Option<f64>,
     /// Share of the full quality that was asked for, 1 without a budget.
     pub detail: f64,
     /// Whether a new shot begins with it.
@@ -55,6 +58,7 @@ impl FrameReport {
             seeds_died: 0,
             triangles: 0,
             refine_steps: 0,
+            likeness: None,
             detail: 1.0,
             cut: false,
             timing: Timing::default(),
@@ -111,6 +115,10 @@ pub struct Summary {
     pub frames: u64,
     /// Frames of a live source that were not taken in.
     pub dropped: u64,
+    /// Frames that were refined to a target and did not reach it.
+    pub short: u64,
+    /// The least likeness of the frames that were refined to a target.
+    pub likeness: Option<f64>,
     /// From start to finished output.
     pub wall: Duration,
     /// Median and tails of the stages' times, within 0.8 %.

@@ -25,10 +25,11 @@ impl Colouring {
         order: &[u32],
         wanted: impl Fn(u32) -> bool,
     ) {
-        self.colour.resize(surface.at.len(), UNCOLOURED);
+        // Before the resize: the classes are those of the last mesh, which may have had more vertices.
         for class in &mut self.classes {
             class.drain(..).for_each(|v| self.colour[v as usize] = UNCOLOURED);
         }
+        self.colour.resize(surface.at.len(), UNCOLOURED);
         for &v in order.iter().filter(|&&v| wanted(v)) {
             let mut taken = 0u64;
             let mut take = |w: u32| {

@@ -96,7 +96,12 @@ pub struct Refined {
     pub flipped: usize,
     /// The vertices that were taken from one place and put in at another, ascending.
     pub replaced: Vec<u32>,
+    /// The likeness that was measured last, where [`crate::options::Options::error`] asked for one.
+    pub likeness: Option<f64>,
 }
+
+/// Looks at a mesh and its squared error, before the first step and after each; whether to go on.
+pub type Watch<'a> = &'a mut (dyn FnMut(&Mesh, f64) -> bool + Send);
 
 /// Refines meshes: memory that is used again and, for video, what vertices have learnt.
 #[derive(Debug, Default)]
@@ -119,6 +124,27 @@ impl Refiner {
     /// Afterwards it is sound and in canonical order, with as many vertices and triangles; corners are
     /// where they were and vertices on the border still on their side of it.
     pub fn refine(&mut self, mesh: &mut Mesh, frame: &Frame, options: &RefineOptions) -> Refined {
+        self.anew(mesh, frame, options, None)
+    }
+
+    /// As [`Refiner::refine`], as long as `watch` wants to go on.
+    pub fn refine_while(
+        &mut self,
+        mesh: &mut Mesh,
+        frame: &Frame,
+        options: &RefineOptions,
+        watch: Watch<'_>,
+    ) -> Refined {
+        self.anew(mesh, frame, options, Some(watch))
+    }
+
+    fn anew(
+        &mut self,
+        mesh: &mut Mesh,
+        frame: &Frame,
+        options: &RefineOptions,
+        watch: Option<Watch<'_>>,
+    ) -> Refined {
         if mesh.size != frame.size() || options.steps == 0 {
             return Refined::default();
         }
@@ -128,7 +154,7 @@ impl Refiner {
             self.surface.measure(&self.rows);
             self.descent.reset(self.surface.at.len());
             self.rest.reset(&self.surface);
-            self.run(mesh, options)
+            self.run(mesh, options, watch)
         })
     }
 
@@ -155,11 +181,16 @@ impl Refiner {
             } else {
                 self.rest.reset(&self.surface);
             }
-            self.run(mesh, options)
+            self.run(mesh, options, None)
         })
     }
 
-    fn run(&mut self, mesh: &mut Mesh, options: &RefineOptions) -> Refined {
+    fn run(
+        &mut self,
+        mesh: &mut Mesh,
+        options: &RefineOptions,
+        mut watch: Option<Watch<'_>>,
+    ) -> Refined {
         let Self { rows, surface, descent, worth, rest, edges } = self;
         let field = Field::new(rows, surface.triangles(), options);
         let most = (options.replace.clamp(0.0, 1.0) * surface.at.len() as f64).ceil() as usize;
@@ -169,6 +200,12 @@ impl Refiner {
         let mut since = begin;
         let (mut still, turns) = (0, turns(surface.at.len(), most));
         for _ in 0..options.steps {
+            if let Some(watch) = &mut watch {
+                surface.store(mesh);
+                if !watch(mesh, surface.error(rows)) {
+                    break;
+                }
+            }
             let mut replaced = replace(surface, worth, rest, most, field);
             descent.start_anew(&replaced);
             let moved = descent.step(surface, rest, field);

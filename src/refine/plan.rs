@@ -17,6 +17,10 @@ impl RefineOptions {
     }
 
     fn fresh(options: &Options) -> Self {
+        if options.error.is_some() {
+            // The target says when to stop.
+            return Self::best();
+        }
         match (options.refine, options.quality) {
             (Some(0), _) | (None, Quality::Draft) => Self::draft(),
             (Some(steps), _) if options.coherence > 0.0 => {

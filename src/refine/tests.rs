@@ -11,6 +11,20 @@ use crate::mesh::{CORNERS, Place};
 use crate::rasterise::rasterise;
 use crate::triangulate::triangulate;
 
+#[test]
+fn a_refiner_takes_a_smaller_mesh_after_a_larger_one() {
+    let size = Size::new(48, 40);
+    let frame = picture(size, 3, 20, true);
+    let mut refiner = Refiner::default();
+    let options = RefineOptions::normal();
+    for count in [60, 12, 90, 30] {
+        let (mut again, mut alone) = (scattered(size, count), scattered(size, count));
+        let refined = refiner.refine(&mut again, &frame, &options);
+        assert_eq!(refined, refine(&mut alone, &frame, &options));
+        assert_eq!(again, alone, "what came before leaves no trace");
+    }
+}
+
 /// A picture with flat areas, slanted edges, a disk, a ramp and some noise; `noise` 0..=255.
 pub(super) fn picture(size: Size, seed: u64, noise: u8, opaque: bool) -> Frame {
     let pixel = |x: u32, y: u32| {

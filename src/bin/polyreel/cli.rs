@@ -9,7 +9,7 @@ use clap::{Args, Parser, Subcommand};
 use polyreel::error::{Error, Result};
 use polyreel::frame::Rational;
 use polyreel::options::{
-    CellPercentiles, Colour, FrontEnd, Method, Options, Points, Quality, Thresholds,
+    CellPercentiles, Colour, FrontEnd, Method, Options, Points, Quality, Target, Thresholds,
 };
 use polyreel::sink::ffmpeg::VideoOptions;
 use polyreel::source::SourceOptions;
@@ -300,8 +300,9 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "NAME", value_parser = methods(), help = told(
         "How feature points and seeds are found", Options::default().method.name()))]
     method: Option<Method>,
-    #[arg(long, value_name = "N|N%", help = told(
-        "Seeds of a frame: a count (2000) or a share of its pixels (1.5%)",
+    #[arg(long, value_name = "N|N%|auto", help = told(
+        "Seeds of a frame: a count (2000), a share of its pixels (1.5%), or auto: the fewest, to 2 %, \
+         that reach --error on the first frame; they stay for the frames after it",
         Options::default().points))]
     points: Option<Points>,
     #[arg(long, value_name = "S", help = told(
@@ -319,6 +320,11 @@ pub(crate) struct LookArgs {
     /// first of a shot getting a few more [default: as --quality]
     #[arg(long, value_name = "STEPS", conflicts_with = "quality")]
     refine: Option<u32>,
+    /// Refine a still, and the first frame of a shot, until it is as like its source as this, in place
+    /// of a number of steps: psnr:30 or 30dB (over RGB), ssim:0.8 (of the luma, window of 7x7); where
+    /// that is out of reach, a warning is given [default: none]
+    #[arg(long, value_name = "E", conflicts_with = "refine")]
+    error: Option<Target>,
     #[arg(long, value_name = "R", help = told(
         "How much well-shaped triangles count against the error, 0 (not at all) to 1 (only they do)",
         Options::default().regularity))]
@@ -396,7 +402,8 @@ impl LookArgs {
     /// by what they do themselves.
     pub(crate) fn plain_options(&self) -> Result<Options> {
         let mut options = self.options()?;
-        if self.quality.is_none() && self.refine.is_none() && self.preset.is_none() {
+        let none = self.quality.is_none() && self.refine.is_none() && self.error.is_none();
+        if none && self.preset.is_none() {
             options.quality = Quality::Draft;
         }
         Ok(options)
@@ -429,6 +436,7 @@ impl LookArgs {
         if self.refine.is_some() || self.quality.is_some() {
             options.refine = self.refine;
         }
+        options.error = self.error.or(options.error);
         put(&mut options.candidates, &self.candidates);
         put(&mut options.min_points, &self.min_points);
         put(&mut options.percentiles, &self.percentiles);
@@ -528,6 +536,13 @@ mod tests {
     }
 
     #[test]
+    fn a_target_takes_the_place_of_steps() {
+        let error = Some(Target::Psnr(30.0));
+        let expected = Options { points: Points::Auto, error, ..Options::default() };
+        assert_eq!(look(&["--error", "30dB", "--points", "auto"]), Ok(expected));
+    }
+
+    #[test]
     fn an_outline_may_have_a_colour() {
         let colour = |args: &[&str]| look(args).expect("parses").outline.map(|colour| colour.0);
         assert_eq!(colour(&[]), None);
@@ -548,6 +563,10 @@ mod tests {
             &["--frames", "0"],
             &["--threads", "0"],
             &["-q", "-v"],
+            &["--points", "auto"],
+            &["--error", "30"],
+            &["--error", "ssim:1.5"],
+            &["--error", "30dB", "--refine", "9"],
         ] {
             assert!(look(args).is_err(), "{args:?}");
         }

@@ -30,7 +30,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let info = input.info().clone();
     let record = record_of(args, input.paths(), output)?;
     let sink = sink::create(output, &info, &sink_options(args, &input)?)?;
-    let warnings = sink.warnings().to_vec();
+    let mut warnings = sink.warnings().to_vec();
     if !args.run.quiet {
         warnings.iter().for_each(|warning| eprintln!("polyreel: warning: {warning}"));
     }
@@ -48,6 +48,12 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let ended = pipeline::run(move || input.start(), sink, &settings, &mut progress, &stop);
     let per_frame = progress.finish();
     let summary = ended?;
+    if let Some(warning) = fell_short(&settings.options, &summary) {
+        if !args.run.quiet {
+            eprintln!("polyreel: warning: {warning}");
+        }
+        warnings.push(warning);
+    }
     let written = OutputReport {
         path: output.to_owned(),
         size: info.size,
@@ -101,6 +107,18 @@ fn no_output(inputs: &[String]) -> Error {
 fn looks_like_output(name: &str) -> bool {
     let path = Path::new(name);
     name == "-" || (!path.exists() && (path.extension().is_some() || name.ends_with('/')))
+}
+
+/// What to say where `--error` was not reached.
+fn fell_short(options: &Options, summary: &Summary) -> Option<String> {
+    let (target, least) = (options.error?, summary.likeness?);
+    let frames = match summary.short {
+        0 => return None,
+        1 => "1 frame stays".to_owned(),
+        n => format!("{n} frames stay"),
+    };
+    let (wanted, least) = (target.told(target.value()), target.told(least));
+    Some(format!("{frames} below {wanted}, the least at {least}; more --points, or auto, reach it"))
 }
 
 /// One line with everything that decides the bytes.
