@@ -23,11 +23,15 @@ use crate::record::Record;
 /// Renders the input to the output.
 pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let output = args.output.as_deref().ok_or_else(|| no_output(&args.input.inputs))?;
-    let options = args.look.options()?;
+    let mut options = args.look.options()?;
     let stop = Stop::default();
     let interrupt = Interrupt::listen(&stop);
     let input = source::open(&args.input.inputs, &args.input.options())?;
     let info = input.info().clone();
+    if info.still {
+        // Nothing comes after it: --refine STEPS means just so many.
+        options.coherence = 0.0;
+    }
     let record = record_of(args, input.paths(), output)?;
     let sink = sink::create(output, &info, &sink_options(args, &input)?)?;
     let mut warnings = sink.warnings().to_vec();
