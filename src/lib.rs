@@ -28,9 +28,9 @@
 //! ```
 //!
 //! Layers, lowest first; a module uses only what stands above it: [`geom`], [`stage`], [`error`],
-//! [`frame`], [`chance`]; [`options`], [`mesh`], [`hex`], [`scan`], [`draw`], [`colour`], [`flow`],
-//! [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`]; [`render`], [`source`],
-//! [`sink`], [`metric`], [`evaluate`]; [`pipeline`].
+//! [`frame`], [`chance`]; [`options`], [`mesh`], [`hex`], [`scan`], [`draw`], [`colour`], [`plane`], [`flow`],
+//! [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`]; [`metric`], [`render`], [`source`],
+//! [`sink`], [`evaluate`]; [`pipeline`].
 
 pub mod chance;
 pub mod colour;
