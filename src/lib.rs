@@ -28,7 +28,8 @@
 //! ```
 //!
 //! Layers, lowest first; a module uses only what stands above it: [`geom`], [`stage`], [`error`],
-//! [`frame`], [`chance`]; [`options`], [`mesh`], [`hex`], [`scan`], [`draw`], [`colour`], [`plane`], [`flow`],
+//! [`frame`], [`chance`]; [`options`], [`mesh`], [`hex`], [`scan`], [`draw`], [`colour`], [`plane`],
+//! [`flow`],
 //! [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`]; [`metric`], [`render`], [`source`],
 //! [`sink`], [`evaluate`]; [`pipeline`].
 

@@ -25,10 +25,10 @@ const ORDER: [&str; 26] = [
     "refine",
     "rasterise",
     "governor", // layer 2
+    "metric",
     "render",
     "source",
     "sink",
-    "metric",
     "evaluate", // layer 3
     "pipeline",
 ];
