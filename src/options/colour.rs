@@ -1,0 +1,79 @@
+//! Colours as options name them.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+use crate::frame::Rgba;
+
+/// A colour as options name it: `#rgb`, `#rrggbb`, `#rrggbbaa` or a basic name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Colour(pub Rgba);
+
+/// The sixteen colour names of HTML 4, and `transparent`.
+const COLOUR_NAMES: [(&str, Rgba); 17] = [
+    ("black", [0, 0, 0, 255]),
+    ("silver", [192, 192, 192, 255]),
+    ("gray", [128, 128, 128, 255]),
+    ("white", [255, 255, 255, 255]),
+    ("maroon", [128, 0, 0, 255]),
+    ("red", [255, 0, 0, 255]),
+    ("purple", [128, 0, 128, 255]),
+    ("fuchsia", [255, 0, 255, 255]),
+    ("green", [0, 128, 0, 255]),
+    ("lime", [0, 255, 0, 255]),
+    ("olive", [128, 128, 0, 255]),
+    ("yellow", [255, 255, 0, 255]),
+    ("navy", [0, 0, 128, 255]),
+    ("blue", [0, 0, 255, 255]),
+    ("teal", [0, 128, 128, 255]),
+    ("aqua", [0, 255, 255, 255]),
+    ("transparent", [0, 0, 0, 0]),
+];
+
+impl std::str::FromStr for Colour {
+    type Err = Error;
+    fn from_str(text: &str) -> Result<Self> {
+        let lower = text.to_ascii_lowercase();
+        if let Some((_, colour)) = COLOUR_NAMES.iter().find(|(name, _)| *name == lower) {
+            return Ok(Colour(*colour));
+        }
+        let wrong = || {
+            Error::usage(format!(
+                "'{text}' is not a colour: write #rgb, #rrggbb, #rrggbbaa or a name such as white"
+            ))
+        };
+        let hex = lower.strip_prefix('#').ok_or_else(wrong)?;
+        let digits: Option<Vec<u8>> =
+            hex.chars().map(|c| c.to_digit(16).map(|d| d as u8)).collect();
+        match digits.ok_or_else(wrong)?[..] {
+            [r, g, b] => Ok(Colour([r * 17, g * 17, b * 17, 255])),
+            [r, s, g, h, b, c] => Ok(Colour([r * 16 + s, g * 16 + h, b * 16 + c, 255])),
+            [r, s, g, h, b, c, a, d] => {
+                Ok(Colour([r * 16 + s, g * 16 + h, b * 16 + c, a * 16 + d]))
+            }
+            _ => Err(wrong()),
+        }
+    }
+}
+
+impl TryFrom<String> for Colour {
+    type Error = Error;
+    fn try_from(text: String) -> Result<Self> {
+        text.parse()
+    }
+}
+
+impl From<Colour> for String {
+    fn from(colour: Colour) -> String {
+        colour.to_string()
+    }
+}
+
+impl std::fmt::Display for Colour {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [r, g, b, a] = self.0;
+        write!(f, "#{r:02x}{g:02x}{b:02x}")?;
+        if a == 255 { Ok(()) } else { write!(f, "{a:02x}") }
+    }
+}
