@@ -108,7 +108,7 @@ impl FrontEnd {
     }
 }
 
-/// How much work goes into refinement, where [`Options::refine`] does not say it in steps.
+/// How much work goes into refinement, where [`super::Options::refine`] does not say it in steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Quality {

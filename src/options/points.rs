@@ -13,7 +13,7 @@ pub enum Points {
     Count(u32),
     /// This share of the pixels, 0..1 (the command line and presets write per cent).
     Share(f64),
-    /// The fewest that reach [`Options::error`], found on the first frame.
+    /// The fewest that reach [`super::Options::error`], found on the first frame.
     Auto,
 }
 
