@@ -30,7 +30,7 @@ pub struct Rendered {
     pub candidates: usize,
 }
 
-/// Renders frame after frame; seeds, palette and colours live on between them.
+/// Renders frame after frame; the mesh and its colours live on between them.
 ///
 /// ```
 /// use polyreel::{frame::Frame, geom::Size, options::{Options, Points}, render::Renderer};

@@ -89,7 +89,7 @@ impl Watcher {
 
     /// Passes a frame without texture, a flash perhaps: nothing can be learnt from it.
     fn wait(&mut self, seen: Seen, small: Small) -> Change {
-        let motion = Motion::between(&small, &small, &[]);
+        let motion = Motion::rest(&small);
         let (last, age) = seen.before_flash.unwrap_or((seen.previous, 0));
         let before_flash = Some((last, age + 1)).filter(|&(_, age)| age <= FLASH_FRAMES);
         self.seen = Some(Seen { previous: small, before_flash });
@@ -128,8 +128,7 @@ impl Likeness {
         let correlations = block_correlations(from, to, motion);
         let known: Vec<f32> = correlations.iter().copied().flatten().collect();
         let mean = known.iter().sum::<f32>() / known.len().max(1) as f32;
-        let rest = Motion::between(to, to, &[]);
-        let textured = block_correlations(to, to, &rest).iter().flatten().count();
+        let textured = block_correlations(to, to, &Motion::rest(to)).iter().flatten().count();
         Self {
             shift: histogram_distance(from, to),
             correlation: if known.is_empty() { 1.0 } else { mean },

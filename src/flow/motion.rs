@@ -78,23 +78,28 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// No motion at all of a picture like `small`.
+    pub fn rest(small: &Small) -> Self {
+        let (columns, rows) = blocks(small);
+        let centre = |start: &usize| (*start as f32 + PATCH as f32 / 2.0) * small.factor as f32;
+        Self {
+            columns: columns.iter().map(centre).collect(),
+            rows: rows.iter().map(centre).collect(),
+            vectors: vec![[0.0; 2]; columns.len() * rows.len()],
+        }
+    }
+
     /// The motion from `from` to `to` in the blocks that `changed` tells (by column and row of blocks,
     /// see [`blocks`]); all others rest. Pictures of different sizes are at rest.
     ///
     /// Each block looks for its like by inverse search on a pyramid, then takes the median of its
     /// neighbours' vectors, component by component.
     pub fn between(from: &Small, to: &Small, changed: &[bool]) -> Self {
-        let (columns, rows) = blocks(from);
-        let scale = from.factor as f32;
-        let centre = |start: &usize| (*start as f32 + PATCH as f32 / 2.0) * scale;
-        let mut motion = Self {
-            columns: columns.iter().map(centre).collect(),
-            rows: rows.iter().map(centre).collect(),
-            vectors: vec![[0.0; 2]; columns.len() * rows.len()],
-        };
+        let mut motion = Self::rest(from);
         if from.size != to.size || !changed.contains(&true) {
             return motion;
         }
+        let scale = from.factor as f32;
         let mut coarse: Option<Grid> = None;
         for (a, b) in from.levels.iter().zip(&to.levels).rev() {
             let finest = a.size() == from.plane().size();
