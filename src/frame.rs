@@ -118,6 +118,17 @@ pub const fn luma([r, g, b, _]: Rgba) -> u8 {
     ((r as u32 * 4899 + g as u32 * 9617 + b as u32 * 1868 + (1 << 13)) >> 14) as u8
 }
 
+/// `pixel` laid over `background`, opaque: channels mixed by the pixel's alpha, rounded to the nearest.
+/// The background's own alpha is not looked at.
+pub fn over(pixel: Rgba, background: Rgba) -> Rgba {
+    let alpha = u32::from(pixel[3]);
+    let mix = |c: usize| {
+        let sum = u32::from(pixel[c]) * alpha + u32::from(background[c]) * (255 - alpha);
+        ((sum + 127) / 255) as u8
+    };
+    [mix(0), mix(1), mix(2), 255]
+}
+
 /// An exact fraction; times in seconds and rates in frames per second are written in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Rational {
@@ -308,6 +319,15 @@ mod tests {
         for v in 0..=255 {
             assert_eq!(luma([v, v, v, 255]), v);
         }
+    }
+
+    #[test]
+    fn what_is_laid_over_shows_by_its_alpha() {
+        let (red, white) = ([200, 0, 0], [255, 255, 255, 255]);
+        let with = |alpha| over([red[0], red[1], red[2], alpha], white);
+        assert_eq!(with(255), [200, 0, 0, 255]);
+        assert_eq!(with(0), white);
+        assert_eq!(with(51), [244, 204, 204, 255]);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::canny::Canny;
 use super::diffusion::Diffusion;
 use super::entropy::entropy;
 use super::mask::Mask;
-use crate::frame::{Frame, Rgba, luma};
+use crate::frame::{Frame, Rgba, luma, over};
 use crate::options::Options;
 use crate::plane::Plane;
 
@@ -17,9 +17,9 @@ pub fn visible_luma(frame: &Frame) -> Plane<u8> {
     if frame.is_opaque() {
         return Plane::luma(frame);
     }
-    let over_white = |p: &Rgba| {
-        let alpha = u32::from(p[3]);
-        ((u32::from(luma(*p)) * alpha + 255 * (255 - alpha) + 127) / 255) as u8
+    let over_white = |&pixel: &Rgba| {
+        let grey = luma(pixel);
+        over([grey, grey, grey, pixel[3]], [255; 4])[0]
     };
     Plane::new(frame.size(), frame.pixels().iter().map(over_white).collect())
         .expect("a frame holds exactly width x height pixels")

@@ -6,7 +6,7 @@ pub mod ssim;
 pub mod warp;
 
 use crate::error::{Error, Result};
-use crate::frame::Frame;
+use crate::frame::{Frame, Rgba, over};
 use crate::geom::Size;
 
 /// Checks that two pictures can be compared pixel by pixel.
@@ -17,15 +17,13 @@ fn same_size(a: Size, b: Size) -> Result<()> {
     Err(Error::usage(format!("a picture of {a} cannot be compared with one of {b}")))
 }
 
+const WHITE: Rgba = [255; 4];
+
 /// `frame` over white: what is compared, so that colours which nobody sees do not count.
 pub fn over_white(frame: &Frame) -> Frame {
     if frame.is_opaque() {
         return frame.clone();
     }
-    let pixels = frame.pixels().iter().map(|&[r, g, b, a]| {
-        let over =
-            |v: u8| ((u32::from(v) * u32::from(a) + 255 * (255 - u32::from(a)) + 127) / 255) as u8;
-        [over(r), over(g), over(b), 255]
-    });
+    let pixels = frame.pixels().iter().map(|&pixel| over(pixel, WHITE));
     Frame::new(frame.size(), pixels.collect()).expect("as many pixels as before")
 }

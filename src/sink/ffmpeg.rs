@@ -10,7 +10,7 @@ use std::process::ChildStdin;
 
 use crate::colour::{Coding, Layout, Sampling, Siting, from_rgba};
 use crate::error::{Error, Result};
-use crate::frame::{Colorimetry, Rational, Rgba, StreamInfo, check_size};
+use crate::frame::{Colorimetry, Rational, Rgba, StreamInfo, check_size, over};
 use crate::geom::Size;
 use crate::sink::codec::{Container, Encoder};
 use crate::sink::nut::NutWriter;
@@ -355,12 +355,7 @@ fn input_arguments(tags: &Colorimetry, time_base: Rational) -> Vec<OsString> {
 /// Lays `pixels` over `background` and makes them opaque.
 fn lay_over(pixels: &mut [Rgba], background: Rgba) {
     for pixel in pixels {
-        let alpha = u32::from(pixel[3]);
-        for (channel, under) in pixel.iter_mut().zip(background).take(3) {
-            let sum = u32::from(*channel) * alpha + u32::from(under) * (255 - alpha);
-            *channel = ((sum + 127) / 255) as u8;
-        }
-        pixel[3] = 255;
+        *pixel = over(*pixel, background);
     }
 }
 

@@ -14,7 +14,7 @@ use image::{ExtendedColorType, ImageEncoder, ImageError};
 use super::place::{Place, Series};
 use super::{Picture, Sink, SinkOptions};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Rgba};
+use crate::frame::{Frame, Rgba, over};
 
 /// Quality of JPEG if nobody asked for one: flat areas show no ringing at it.
 const QUALITY: u8 = 90;
@@ -105,13 +105,9 @@ impl Encoder {
             self.rgb.extend(frame.pixels().iter().flat_map(|&[r, g, b, _]| [r, g, b]));
             return;
         }
-        let [br, bg, bb, _] = self.background;
-        for &[r, g, b, a] in frame.pixels() {
-            let over = |top: u8, bottom: u8| {
-                let (a, top, bottom) = (u32::from(a), u32::from(top), u32::from(bottom));
-                ((top * a + bottom * (255 - a) + 127) / 255) as u8
-            };
-            self.rgb.extend([over(r, br), over(g, bg), over(b, bb)]);
+        for &pixel in frame.pixels() {
+            let [r, g, b, _] = over(pixel, self.background);
+            self.rgb.extend([r, g, b]);
         }
     }
 }
