@@ -8,6 +8,7 @@ mod evaluate;
 mod info;
 mod inspect;
 mod interrupt;
+mod look;
 mod manual;
 mod npy;
 mod progress;

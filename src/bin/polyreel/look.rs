@@ -1,0 +1,209 @@
+//! The options that decide how the result looks.
+
+use std::fmt::Display;
+
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use polyreel::error::{Error, Result};
+use polyreel::options::{
+    CellPercentiles, Colour, FrontEnd, Method, Options, Points, Quality, Target, Thresholds,
+};
+
+/// How the result looks. Every field that is given replaces the preset's.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Look")]
+pub(crate) struct LookArgs {
+    /// Begin with a preset's settings; options beside it win: paper [default: none]
+    #[arg(long, value_name = "NAME")]
+    preset: Option<String>,
+    /// How feature points and seeds are found
+    #[arg(long, value_name = "NAME", value_parser = methods(), help = told(
+        "How feature points and seeds are found", Options::default().method.name()))]
+    pub(crate) method: Option<Method>,
+    #[arg(long, value_name = "N|N%|auto", help = told(
+        "Seeds of a frame: a count (2000), a share of its pixels (1.5%), or auto: the fewest, to 2 %, \
+         that reach --error on the first frame; they stay for the frames after it",
+        Options::default().points))]
+    points: Option<Points>,
+    #[arg(long, value_name = "S", help = told(
+        "Decides all chance: the same seed gives the same bytes", Options::default().seed))]
+    seed: Option<u64>,
+    #[arg(long, value_name = "C", help = told(
+        "How much of the mesh lives on from frame to frame, 0 (each frame alone) to 1 (locked)",
+        Options::default().coherence))]
+    coherence: Option<f64>,
+    #[arg(long, value_name = "NAME", value_parser = one_of(Quality::ALL, Quality::name), help = told(
+        "How much work goes into refinement: none, most of the gain, all of it",
+        Options::default().quality.name()))]
+    quality: Option<Quality>,
+    /// Steps of refinement in place of --quality: of a still, and of each frame of an animation, the
+    /// first of a shot getting a few more [default: as --quality]
+    #[arg(long, value_name = "STEPS", conflicts_with = "quality")]
+    refine: Option<u32>,
+    /// Refine a still, and the first frame of a shot, until it is as like its source as this, in place
+    /// of a number of steps: psnr:30 or 30dB (over RGB), ssim:0.8 (of the luma, window of 7x7); where
+    /// that is out of reach, a warning is given [default: none]
+    #[arg(long, value_name = "E", conflicts_with = "refine")]
+    error: Option<Target>,
+    #[arg(long, value_name = "R", help = told(
+        "How much well-shaped triangles count against the error, 0 (not at all) to 1 (only they do)",
+        Options::default().regularity))]
+    regularity: Option<f64>,
+    /// Draw the edges of the mesh, in black or in COLOUR (white, #802040) [default: none]
+    #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true)]
+    #[arg(default_missing_value = "black")]
+    outline: Option<Colour>,
+    #[arg(long, value_name = "N", help = told(
+        "How often a frame is smoothed before its colours are clustered, 0 to 8 (in the paper 0)",
+        Options::default().smoothing))]
+    smoothing: Option<u32>,
+    #[arg(long, value_name = "K", help_heading = PAPER, help = told(
+        "Colour clusters of the regions, 2 to 64", Options::default().clusters))]
+    clusters: Option<u32>,
+    #[arg(long, value_name = "N", help_heading = PAPER, help = told(
+        "Every how many pixels of a region's boundary one is a feature point, 1 to 64",
+        Options::default().interval))]
+    interval: Option<u32>,
+    #[arg(long, value_name = "SHARE", help_heading = PAPER, help = told(
+        "Share of the pixels inside regions that are feature points, 0 to 1",
+        Options::default().interior))]
+    interior: Option<f64>,
+    /// Area of a grid cell as a share of the frame's, in place of --points [default: solved from
+    /// --points]
+    #[arg(long, value_name = "SHARE", conflicts_with = "points", help_heading = PAPER)]
+    hex_density: Option<f64>,
+    #[arg(long, value_name = "N", help_heading = PAPER, help = told(
+        "Points that the densest cells keep, 1 to 64", Options::default().max_points))]
+    max_points: Option<u32>,
+    #[arg(long, value_name = "N", help_heading = PAPER, help = told(
+        "Points that the sparsest cells keep, 0 to --max-points", Options::default().default_points))]
+    default_points: Option<u32>,
+    #[arg(long, value_name = "H,M,L", help_heading = PAPER, help = told(
+        "Feature points per pixel above which a cell counts as of high, medium, low density",
+        thresholds()))]
+    thresholds: Option<Thresholds>,
+    #[arg(long, value_name = "NAME", help_heading = SCORES, value_parser = one_of(FrontEnd::ALL, FrontEnd::name))]
+    /// Where feature points come from, for any method [default: the method's own]
+    features: Option<FrontEnd>,
+    #[arg(long, value_name = "SHARE", help_heading = SCORES, help = told(
+        "Share of the pixels that a map (entropy, saliency, sobel, laplacian) or slic makes feature \
+         points, up to 1",
+        Options::default().candidates))]
+    candidates: Option<f64>,
+    #[arg(long, value_name = "N", help_heading = SCORES, help = told(
+        "Points that every cell gets before the rest is shared out by value (help, hslp), 0 to 64",
+        Options::default().min_points))]
+    min_points: Option<u32>,
+    #[arg(long, value_name = "H,M", help_heading = SCORES, help = told(
+        "Percentiles of the cells' mean value that tell high, medium and low cells (help, hslp)",
+        percentiles()))]
+    percentiles: Option<CellPercentiles>,
+    #[arg(long, value_name = "PX", help_heading = SCORES, help = told(
+        "Radius of the disk of the entropy, 1 to 32", Options::default().entropy_radius))]
+    entropy_radius: Option<u32>,
+    #[arg(long, value_name = "N", help_heading = SCORES, help = told(
+        "Steps of the anisotropic diffusion before the entropy, 0 to 1000",
+        Options::default().diffusion_iterations))]
+    diffusion_iterations: Option<u32>,
+    #[arg(long, value_name = "K", help_heading = SCORES, help = told(
+        "Differences of luma above which the diffusion takes them for edges, up to 1000",
+        Options::default().diffusion_kappa))]
+    diffusion_kappa: Option<f64>,
+    #[arg(long, value_name = "G", help_heading = SCORES, help = told(
+        "Length of a step of the diffusion, up to 0.25", Options::default().diffusion_gamma))]
+    diffusion_gamma: Option<f64>,
+}
+
+const PAPER: &str = "The paper's parameters";
+const SCORES: &str = "Feature maps, and the methods that score every pixel";
+
+impl LookArgs {
+    /// As [`LookArgs::options`], but without refinement where none is asked for: methods are compared
+    /// by what they do themselves.
+    pub(crate) fn plain_options(&self) -> Result<Options> {
+        let mut options = self.options()?;
+        let none = self.quality.is_none() && self.refine.is_none() && self.error.is_none();
+        if none && self.preset.is_none() {
+            options.quality = Quality::Draft;
+        }
+        Ok(options)
+    }
+
+    /// The preset's options (the defaults without one) with what was given on the command line.
+    pub(crate) fn options(&self) -> Result<Options> {
+        fn put<T: Clone>(field: &mut T, given: &Option<T>) {
+            if let Some(value) = given {
+                field.clone_from(value);
+            }
+        }
+        let mut options = match &self.preset {
+            Some(name) => Options::preset(name)?,
+            None => Options::default(),
+        };
+        put(&mut options.method, &self.method);
+        put(&mut options.points, &self.points);
+        put(&mut options.seed, &self.seed);
+        put(&mut options.coherence, &self.coherence);
+        put(&mut options.quality, &self.quality);
+        put(&mut options.regularity, &self.regularity);
+        put(&mut options.smoothing, &self.smoothing);
+        put(&mut options.clusters, &self.clusters);
+        put(&mut options.interval, &self.interval);
+        put(&mut options.interior, &self.interior);
+        put(&mut options.max_points, &self.max_points);
+        put(&mut options.default_points, &self.default_points);
+        put(&mut options.thresholds, &self.thresholds);
+        if self.refine.is_some() || self.quality.is_some() {
+            options.refine = self.refine;
+        }
+        options.error = self.error.or(options.error);
+        put(&mut options.candidates, &self.candidates);
+        put(&mut options.min_points, &self.min_points);
+        put(&mut options.percentiles, &self.percentiles);
+        put(&mut options.entropy_radius, &self.entropy_radius);
+        put(&mut options.diffusion_iterations, &self.diffusion_iterations);
+        put(&mut options.diffusion_kappa, &self.diffusion_kappa);
+        put(&mut options.diffusion_gamma, &self.diffusion_gamma);
+        options.features = self.features.or(options.features);
+        options.outline = self.outline.or(options.outline);
+        options.hex_density = self.hex_density.or(options.hex_density);
+        if self.points.is_some() {
+            // A number of points asked for here is meant, whatever grid the preset has.
+            options.hex_density = None;
+        }
+        options.validate()?;
+        Ok(options)
+    }
+}
+
+fn told(text: &str, default: impl Display) -> String {
+    format!("{text} [default: {default}]")
+}
+
+fn thresholds() -> String {
+    let Thresholds { high, medium, low } = Options::default().thresholds;
+    format!("{high},{medium},{low}")
+}
+
+fn percentiles() -> String {
+    let CellPercentiles { high, medium } = Options::default().percentiles;
+    format!("{high},{medium}")
+}
+
+/// A value by its name, one of `all`.
+fn one_of<T, const N: usize>(
+    all: [T; N],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T>
+where
+    T: Copy + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(all.map(name)).try_map(move |given| {
+        let found = all.into_iter().find(|&value| name(value) == given);
+        found.ok_or_else(|| Error::usage(format!("there is no {given}")))
+    })
+}
+
+pub(crate) fn methods() -> impl TypedValueParser<Value = Method> {
+    one_of(Method::ALL, Method::name)
+}
