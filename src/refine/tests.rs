@@ -190,7 +190,9 @@ fn force_and_slope(chance: u32) -> ([f64; 2], [f64; 2]) {
     refiner.surface.measure(&refiner.rows);
     let mut ring = Ring::default();
     ring.surround(&refiner.surface, CORNERS as u32);
-    let (gx, gy) = super::force::gradient(&refiner.rows, seeds[0], &ring);
+    ring.sum_up(&refiner.surface);
+    let mean = |i: usize| refiner.surface.mean[ring.links[i] as usize / 3].known();
+    let (gx, gy) = super::force::gradient(&refiner.rows, seeds[0], &ring, mean);
     // Central differences over eight pixels even out that pixels change hands whole.
     let mut slope = |dx: i32, dy: i32| {
         let mut error = |way: i32| {
