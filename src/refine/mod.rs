@@ -154,6 +154,7 @@ impl Refiner {
             self.surface.measure(&self.rows);
             self.descent.reset(self.surface.at.len());
             self.rest.reset(&self.surface);
+            self.worth.start_anew();
             self.run(mesh, options, watch)
         })
     }

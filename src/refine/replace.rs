@@ -26,7 +26,7 @@ pub(super) struct Worth {
     error: Vec<f64>,
     /// When that was found.
     error_asked: Vec<u32>,
-    /// Passes so far.
+    /// Passes over this mesh so far.
     passes: u32,
 }
 
@@ -76,7 +76,12 @@ enum Site {
 }
 
 impl Worth {
-    /// Forgets everything.
+    /// Begins again with the first turn, for a mesh of which nothing is known.
+    pub(super) fn start_anew(&mut self) {
+        self.passes = 0;
+    }
+
+    /// Forgets everything but whose turn it is: a video's mesh has it over several frames.
     pub(super) fn reset(&mut self, vertices: usize, triangles: usize) {
         self.loss.clear();
         self.loss.resize(vertices, Cost::INFINITE);
