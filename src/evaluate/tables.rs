@@ -188,6 +188,13 @@ where
     ]
 }
 
+fn pictures(evaluation: &Evaluation) -> String {
+    match evaluation.stills.len() {
+        1 => "1 picture".to_owned(),
+        n => format!("{n} pictures"),
+    }
+}
+
 fn means(evaluation: &Evaluation) -> Table {
     let row = |&method: &Method| {
         let mut line = vec![method.name().to_owned()];
@@ -196,7 +203,7 @@ fn means(evaluation: &Evaluation) -> Table {
     };
     Table {
         title: "Table 4, means: methods over all pictures".into(),
-        note: format!("{} pictures. {LIKENESS_NOTE}", evaluation.stills.len()),
+        note: format!("{}. {LIKENESS_NOTE}", pictures(evaluation)),
         head: cells(["method", "SSIM", "SSIM gauss", "MSE", "PSNR dB", "ms"]),
         rows: evaluation.plan.methods.iter().map(row).collect(),
     }
@@ -261,7 +268,7 @@ fn mean_refinement(evaluation: &Evaluation) -> Table {
     };
     Table {
         title: "Refinement, means: methods over all pictures".into(),
-        note: format!("{} pictures. {REFINEMENT_NOTE}", evaluation.stills.len()),
+        note: format!("{}. {REFINEMENT_NOTE}", pictures(evaluation)),
         head: cells(REFINEMENT),
         rows: evaluation.plan.methods.iter().flat_map(rows).collect(),
     }

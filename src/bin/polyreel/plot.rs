@@ -112,6 +112,10 @@ fn draw(
     let path: Vec<_> = points.iter().map(|&(i, v)| format!("{:.1},{:.1}", x(i), y(v))).collect();
     let colour = line.colour;
     let dashes = if line.dashed { " stroke-dasharray=\"7 5\"" } else { "" };
+    let dot = match line.dashed {
+        true => format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\""),
+        false => format!("fill=\"{colour}\""),
+    };
     let _ = writeln!(
         svg,
         "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\" \
@@ -121,7 +125,7 @@ fn draw(
     for (i, v) in points {
         let _ = writeln!(
             svg,
-            "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3.5\" fill=\"{colour}\"><title>{}, {}: {}</title></circle>",
+            "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3.5\" {dot}><title>{}, {}: {}</title></circle>",
             x(i),
             y(v),
             escaped(&places[i].name),

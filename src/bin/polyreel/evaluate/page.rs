@@ -102,7 +102,7 @@ fn plots(found: &Evaluation) -> String {
             write!(legend, "<span><i style=\"background:{colour}\"></i>{}</span>", method.name());
     }
     if found.plan.refines() {
-        legend += "<span>dashed: refined</span>";
+        legend += "<span>dashed, hollow: refined</span>";
     }
     legend += "</p>\n";
     let ssim = svg("SSIM over the pictures", &places, &lines(|s| s.likeness.ssim));
