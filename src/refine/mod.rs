@@ -153,6 +153,7 @@ impl Refiner {
             self.surface.measure(&self.rows);
             self.descent.reset(self.surface.at.len());
             self.rest.reset(&self.surface);
+            self.worth.start_anew();
             let scale = Scale::new(&self.rows, frame, self.surface.triangles(), options);
             self.run(mesh, frame, options, scale, watch)
         })

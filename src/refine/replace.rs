@@ -28,7 +28,7 @@ pub(super) struct Worth {
     error_asked: Vec<u32>,
     /// Vertices that may be taken out in this pass.
     candidates: Vec<u32>,
-    /// Passes so far.
+    /// Passes over this mesh so far.
     passes: u32,
 }
 
@@ -82,7 +82,12 @@ enum Site {
 }
 
 impl Worth {
-    /// Forgets everything.
+    /// Begins again with the first turn, for a mesh of which nothing is known.
+    pub(super) fn start_anew(&mut self) {
+        self.passes = 0;
+    }
+
+    /// Forgets everything but whose turn it is: a video's mesh has it over several frames.
     pub(super) fn reset(&mut self, vertices: usize, triangles: usize) {
         self.loss.clear();
         self.loss.resize(vertices, Cost::INFINITE);

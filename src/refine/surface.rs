@@ -80,7 +80,7 @@ pub(super) struct Mean {
 }
 
 impl Mean {
-    fn of(total: &Total) -> Self {
+    pub(super) fn of(total: &Total) -> Self {
         Self { count: total.count() as f32, colour: total.mean().unwrap_or_default() }
     }
 

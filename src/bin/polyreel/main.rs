@@ -4,6 +4,7 @@
 
 mod amount;
 mod cli;
+mod convergence;
 mod evaluate;
 mod info;
 mod inspect;
@@ -11,6 +12,7 @@ mod interrupt;
 mod look;
 mod manual;
 mod npy;
+mod plot;
 mod progress;
 mod record;
 mod render;
