@@ -2,6 +2,7 @@
 
 mod cells;
 mod colour;
+mod detail;
 mod names;
 mod points;
 mod target;
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 pub use cells::{CellPercentiles, Thresholds};
 pub use colour::Colour;
+pub use detail::Detail;
 pub use names::{FrontEnd, Method, Quality};
 pub use points::Points;
 pub use target::Target;
@@ -141,6 +143,22 @@ impl Options {
             "paper" => Ok(Self::paper()),
             _ => Err(Error::usage(format!("there is no preset '{name}': there is 'paper'"))),
         }
+    }
+
+    /// Whether seeds chosen as `other` asks may live on where these options hold: what differs, if
+    /// anything, concerns only what is done with them afterwards.
+    pub fn keeps_seeds_of(&self, other: &Self) -> bool {
+        // What is listed here is for refinement and for painting.
+        let same = Self {
+            quality: other.quality,
+            refine: other.refine,
+            regularity: other.regularity,
+            outline: other.outline,
+            coherence: other.coherence,
+            error: if self.points == Points::Auto { self.error } else { other.error },
+            ..self.clone()
+        };
+        same == *other
     }
 
     /// Checks every field against its range.

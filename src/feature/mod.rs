@@ -46,19 +46,35 @@ impl From<Mask> for Features {
 pub struct Extractor {
     options: Options,
     watcher: Watcher,
+    /// Whether the next frame must begin anew, whatever it shows.
+    anew: bool,
 }
 
 impl Extractor {
     /// Level one as `options` ask for it, which must be valid ([`Options::validate`]).
     pub fn new(options: &Options) -> Self {
-        Self { options: options.clone(), watcher: Watcher::default() }
+        Self { options: options.clone(), watcher: Watcher::default(), anew: false }
+    }
+
+    /// Changes the options, which must be valid, from the next frame on. It begins anew if seeds that
+    /// were chosen before could not live on, see [`Options::keeps_seeds_of`].
+    pub fn retune(&mut self, options: &Options) {
+        self.anew |= !options.keeps_seeds_of(&self.options);
+        self.options = options.clone();
     }
 
     /// The features of the next frame.
     pub fn extract(&mut self, frame: &Frame) -> Features {
-        let change =
-            if self.options.coherence > 0.0 { self.watcher.watch(frame) } else { Change::Shot };
+        let change = if self.options.coherence > 0.0 {
+            self.watcher.watch(frame)
+        } else {
+            // Nobody watches this frame: none can be compared with those before it any more.
+            self.watcher = Watcher::default();
+            Change::Shot
+        };
+        let anew = std::mem::take(&mut self.anew);
         match change {
+            _ if anew => self.features(frame),
             Change::Shot => self.features(frame),
             Change::Goes(_) => Features { change, ..Mask::new(frame.size()).into() },
         }

@@ -6,10 +6,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use crossbeam_channel::Receiver;
 
 use crate::error::Result;
+use crate::options::Detail;
 use crate::source::{Decoded, Source};
 use crate::stage::Stage;
 
-use super::hop::{Admitted, Ticket};
+use super::controls::Controls;
+use super::hop::{Admitted, Orders, Ticket};
 use super::report::FrameReport;
 use super::station::Station;
 
@@ -33,6 +35,8 @@ impl Stop {
 /// Where frames are let in.
 #[derive(Debug)]
 pub(super) struct Door<'a> {
+    /// What is asked for.
+    pub(super) controls: &'a Controls,
     /// The user's wish to stop.
     pub(super) stop: &'a Stop,
     /// Set when the rest of the pipeline has ended.
@@ -90,7 +94,8 @@ pub(super) fn decode(
             Err(error) => Err(error),
             Ok(Some(Decoded { frame, span })) => {
                 report.pts_s = span.start.to_f64();
-                Ok(Admitted { ticket: Ticket { span, report }, frame })
+                let orders = Orders { options: door.controls.options(), detail: Detail::FULL };
+                Ok(Admitted { ticket: Ticket { orders, span, report }, frame })
             }
         };
         if !door.admit(&station, hop) {

@@ -13,6 +13,7 @@
 //! The pictures are those of [`crate::render::Renderer`], byte for byte.
 
 mod admission;
+mod controls;
 mod histogram;
 mod hop;
 mod report;
@@ -28,7 +29,7 @@ use crossbeam_channel::{Receiver, Sender, bounded};
 
 use crate::error::{Error, Result};
 use crate::feature::Extractor;
-use crate::options::{Options, Target};
+use crate::options::Options;
 use crate::rasterise::Painter;
 use crate::render::{Mesher, triangulate_start};
 use crate::sink::{Picture, Sink};
@@ -37,8 +38,9 @@ use crate::stage::Stage;
 
 pub use admission::Stop;
 use admission::{Door, decode};
+pub use controls::Controls;
 use histogram::StageHistograms;
-use hop::{Admitted, Featured, Meshed, Painted, Ticket};
+use hop::{Admitted, Featured, Meshed, Orders, Painted, Ticket};
 pub use report::{
     BudgetReport, Ending, FrameReport, InputReport, OutputReport, Report, StageTimes, Summary,
 };
@@ -56,6 +58,9 @@ const ROOM: usize = 1;
 pub struct Settings {
     /// How to render.
     pub options: Options,
+    /// Options that may change during the run, in place of [`Settings::options`]. Default `None`: they
+    /// stay.
+    pub controls: Option<Controls>,
     /// Threads that work inside frames, in a pool of this run's own; `None` takes rayon's global pool,
     /// a thread a core. The stages' own threads come on top. Default `None`.
     pub threads: Option<NonZeroUsize>,
@@ -97,30 +102,32 @@ pub fn run(
     observer: &mut dyn Observer,
     stop: &Stop,
 ) -> Result<Summary> {
-    settings.options.validate()?;
+    let controls = match &settings.controls {
+        Some(controls) => controls.clone(),
+        None => Controls::new(settings.options.clone())?,
+    };
     let pool = &Pool::new(settings.threads)?;
     let began = Instant::now();
     let over = AtomicBool::new(false);
     let dropped = AtomicU64::new(0);
     let mut histograms = StageHistograms::new();
     let (mut frames, mut short, mut least) = (0, 0, None);
-    let enough = settings.options.error.map_or(f64::NEG_INFINITY, Target::value);
     let ending = thread::scope(|scope| {
         let end = End(&over);
         let (admit, admitted) = bounded(ROOM);
         let queue = settings.live.then(|| admitted.clone());
-        let door = Door { stop, over: &over, queue, dropped: &dropped };
+        let door = Door { controls: &controls, stop, over: &over, queue, dropped: &dropped };
         let station = Station::new(Stage::Decode, admit);
         let decoding = spawn(scope, "decode", move || decode(start, station, &door))?;
-        let (chain, painted) = spawn_chain(scope, admitted, &settings.options, pool)?;
+        let (chain, painted) = spawn_chain(scope, admitted, &controls, pool)?;
         let (tell, told) = bounded(ROOM);
         let delivery = Delivery { sink, tell, stop, keep_truncated: settings.allow_truncated };
         let encoding = spawn(scope, "encode", move || delivery.run(painted))?;
 
         for report in told {
             frames += 1;
+            short += u64::from(report.short);
             if let Some(likeness) = report.likeness {
-                short += u64::from(likeness < enough);
                 least = Some(least.map_or(likeness, |least: f64| least.min(likeness)));
             }
             histograms.add(&report.timing);
@@ -161,26 +168,45 @@ type Chain<'s> = (Vec<ScopedJoinHandle<'s, ()>>, Receiver<Result<Painted>>);
 fn spawn_chain<'s, 'e>(
     scope: &'s Scope<'s, 'e>,
     admitted: Receiver<Result<Admitted>>,
-    options: &'e Options,
+    controls: &Controls,
     pool: &'e Pool,
 ) -> Result<Chain<'s>> {
+    let options = controls.options();
     let (extract, extracted) = bounded(ROOM);
     let station = Station::new(Stage::Features, extract);
-    let mut extractor = Extractor::new(options);
+    let mut extractor = Extractor::new(&options);
+    let mut tuned = options.clone();
     let extracting = spawn(scope, "features", move || {
-        station.run(admitted, |clock, hop| features(&mut extractor, hop, clock, pool));
+        station.run(admitted, |clock, hop| {
+            if let Some(options) = hop.ticket.orders.news(&mut tuned) {
+                extractor.retune(options);
+            }
+            features(&mut extractor, hop, clock, pool)
+        });
     })?;
     let (mesh, meshed) = bounded(ROOM);
     let station = Station::new(Stage::Sample, mesh);
-    let mut mesher = Mesher::new(options);
+    let mut mesher = Mesher::new(&options);
+    let mut tuned = options.clone();
     let meshing = spawn(scope, "mesh", move || {
-        station.run(extracted, |clock, hop| build_mesh(&mut mesher, hop, clock, pool));
+        station.run(extracted, |clock, hop| {
+            if let Some(options) = hop.ticket.orders.news(&mut tuned) {
+                mesher.retune(options);
+            }
+            build_mesh(&mut mesher, hop, clock, pool)
+        });
     })?;
     let (paint, painted) = bounded(ROOM);
     let station = Station::new(Stage::Rasterise, paint);
-    let mut painter = Painter::new(options);
+    let mut painter = Painter::new(&options);
+    let mut tuned = options;
     let painting = spawn(scope, "rasterise", move || {
-        station.run(meshed, |clock, hop| fill(&mut painter, hop, clock, pool));
+        station.run(meshed, |clock, hop| {
+            if let Some(options) = hop.ticket.orders.news(&mut tuned) {
+                painter.retune(options);
+            }
+            fill(&mut painter, hop, clock, pool)
+        });
     })?;
     Ok((vec![extracting, meshing, painting], painted))
 }
@@ -213,8 +239,10 @@ fn build_mesh(
         pool.work(|| clock.time(Stage::Sample, report, || mesher.sample(&features, &frame)))?;
     let (mut mesh, fresh) =
         pool.work(|| clock.time(Stage::Triangulate, report, || triangulate_start(&frame, start)))?;
-    let refined = pool
-        .work(|| clock.time(Stage::Refine, report, || mesher.refine(&mut mesh, &frame, fresh)))?;
+    let Orders { options, detail } = &ticket.orders;
+    let refined = pool.work(|| {
+        clock.time(Stage::Refine, report, || mesher.refine(&mut mesh, &frame, fresh, detail))
+    })?;
     let life = mesher.remember(&mesh, fresh, &refined);
     report.seeds = mesh.seeds().len();
     report.seeds_kept = life.kept;
@@ -225,12 +253,16 @@ fn build_mesh(
     report.triangles = mesh.triangles.len();
     report.refine_steps = refined.steps;
     report.likeness = refined.likeness;
+    report.short = options
+        .error
+        .zip(refined.likeness)
+        .is_some_and(|(target, likeness)| likeness < target.value());
     Ok(Meshed { ticket, frame, mesh, fresh })
 }
 
 /// Mean colours, and the picture.
 fn fill(painter: &mut Painter, hop: Meshed, clock: &mut Clock, pool: &Pool) -> Result<Painted> {
-    let Meshed { ticket: Ticket { span, mut report }, frame, mesh, fresh } = hop;
+    let Meshed { ticket: Ticket { span, mut report, .. }, frame, mesh, fresh } = hop;
     let painting = pool.work(|| {
         clock.time(Stage::Rasterise, &mut report, || Ok(painter.paint(&mesh, &frame, fresh)))
     })?;

@@ -35,6 +35,9 @@ pub struct FrameReport {
     /// Likeness to the source in the measure of `--error`, of frames that were refined to a target.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub likeness: Option<f64>,
+    /// Whether that is less than was asked for.
+    #[serde(skip)]
+    pub short: bool,
     /// Share of the full quality that was asked for, 1 without a budget.
     pub detail: f64,
     /// Whether a new shot begins with it.
@@ -59,6 +62,7 @@ impl FrameReport {
             triangles: 0,
             refine_steps: 0,
             likeness: None,
+            short: false,
             detail: 1.0,
             cut: false,
             timing: Timing::default(),

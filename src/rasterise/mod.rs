@@ -43,6 +43,12 @@ impl Painter {
         Self { outline, coherence: options.coherence, memory: Memory::default() }
     }
 
+    /// Changes the options from the next frame on.
+    pub fn retune(&mut self, options: &Options) {
+        self.outline = options.outline.map(|colour| colour.0);
+        self.coherence = options.coherence;
+    }
+
     /// Paints the next frame, see [`rasterise`]. `fresh` says that its mesh has nothing to do with the
     /// last one.
     pub fn paint(&mut self, mesh: &Mesh, frame: &Frame, fresh: bool) -> Painting {

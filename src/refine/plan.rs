@@ -1,7 +1,7 @@
 //! How much a frame is refined.
 
 use super::RefineOptions;
-use crate::options::{Options, Quality};
+use crate::options::{Detail, Options, Quality};
 
 /// The least number of steps that the first frame of a shot gets, where any are done at all: the
 /// frames after it start from its mesh.
@@ -11,9 +11,12 @@ impl RefineOptions {
     /// The plan for a frame: a `fresh` mesh, of a still or the first frame of a shot, takes many steps;
     /// one that comes from the frame before a few, fewer changes and only such as are clearly worth it,
     /// the more so the nearer `coherence` is to 1.
-    pub fn plan(options: &Options, fresh: bool) -> Self {
+    ///
+    /// `detail` may name another number of steps; where the options ask for none there are none.
+    pub fn plan(options: &Options, detail: &Detail, fresh: bool) -> Self {
         let plan = if fresh { Self::fresh(options) } else { Self::next(options) };
-        Self { regularity: options.regularity, ..plan }
+        let steps = detail.steps.filter(|_| plan.steps > 0).unwrap_or(plan.steps);
+        Self { regularity: options.regularity, steps, ..plan }
     }
 
     fn fresh(options: &Options) -> Self {

@@ -7,7 +7,7 @@ use crate::mesh::Mesh;
 use crate::metric::mse::{mse, psnr};
 use crate::metric::over_white;
 use crate::metric::ssim::ssim;
-use crate::options::{Options, Points, Target};
+use crate::options::{Detail, Options, Points, Target};
 use crate::rasterise::rasterise;
 use crate::refine::{RefineOptions, Refined, Refiner};
 use crate::sample::Sampler;
@@ -86,7 +86,7 @@ pub(super) fn fewest(
         let options = Options { points: Points::Count(count), ..options.clone() };
         let seeds = Sampler::new(&options).choose(features);
         let mut mesh = triangulate(frame.size(), &seeds)?;
-        let plan = RefineOptions::plan(&options, true);
+        let plan = RefineOptions::plan(&options, &Detail::FULL, true);
         // A refiner of its own: what it has learnt of another mesh must not count.
         let refined = reach(target, &mut Refiner::default(), &mut mesh, frame, &plan)?;
         Ok(refined.likeness.unwrap_or(f64::NEG_INFINITY))

@@ -66,6 +66,15 @@ impl Sampler {
         Self { options: options.clone(), living: None, before: Vec::new() }
     }
 
+    /// Changes the options from the next frame on. The mesh lives on if seeds that were chosen before
+    /// may, see [`Options::keeps_seeds_of`].
+    pub fn retune(&mut self, options: &Options) {
+        if !options.keeps_seeds_of(&self.options) || options.coherence == 0.0 {
+            self.living = None;
+        }
+        self.options = options.clone();
+    }
+
     /// The grid over a frame of `size`. It depends on nothing else, so that it stays the same for a
     /// whole stream.
     pub fn grid(&self, size: Size) -> HexGrid {

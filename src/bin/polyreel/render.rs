@@ -43,6 +43,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     }
     let settings = Settings {
         options,
+        controls: None,
         threads: args.run.threads,
         live: info.live,
         allow_truncated: args.input.allow_truncated,
