@@ -94,11 +94,12 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::render`].
     pub fn render_in(&mut self, frame: &Frame, detail: &Detail) -> Result<Rendered> {
-        let features = self.extractor.extract(frame);
-        let (mut mesh, fresh) = triangulate_start(frame, self.mesher.sample(&features, frame)?)?;
+        let features = self.extractor.extract(frame, detail.look);
+        let (mut mesh, fresh) =
+            triangulate_start(frame, self.mesher.sample(&features, frame, detail)?)?;
         let refined = self.mesher.refine(&mut mesh, frame, fresh, detail)?;
         let life = self.mesher.remember(&mesh, fresh, &refined);
-        let painting = self.painter.paint(&mesh, frame, fresh);
+        let painting = self.painter.paint(&mesh, frame, fresh, detail.rows);
         let (refine_steps, likeness) = (refined.steps, refined.likeness);
         let candidates = features.candidates.len();
         Ok(Rendered { painting, mesh, life, refine_steps, likeness, candidates })
@@ -143,13 +144,18 @@ impl Mesher {
     ///
     /// # Errors
     /// When no number of points reaches the target, or it cannot be measured.
-    pub fn sample(&mut self, features: &Features, frame: &Frame) -> Result<Start> {
+    pub fn sample(&mut self, features: &Features, frame: &Frame, detail: &Detail) -> Result<Start> {
         if let (Points::Auto, Some(target)) = (self.options.points, self.options.error) {
             let count = fewest(&self.options, target, features, frame)?;
             self.options.points = Points::Count(count);
             self.sampler.retune(&self.options);
         }
-        Ok(self.sampler.sample(features))
+        Ok(self.sampler.sample(features, detail))
+    }
+
+    /// Steps of refinement that the options ask for, of a fresh mesh or of one that lives on.
+    pub fn asked(&self, fresh: bool) -> u32 {
+        RefineOptions::plan(&self.options, &Detail::FULL, fresh).steps
     }
 
     /// Level three: refines `mesh`, anew when it is `fresh`, else as the mesh of the frame before, at

@@ -6,6 +6,7 @@ pub mod diffusion;
 pub mod edges;
 pub mod entropy;
 mod front;
+mod half;
 mod lab;
 pub mod lottery;
 pub mod maps;
@@ -16,7 +17,7 @@ pub mod slic;
 pub mod smooth;
 
 use crate::frame::Frame;
-use crate::options::Options;
+use crate::options::{Look, Options};
 use crate::plane::Plane;
 use change::{Change, Watcher};
 use mask::Mask;
@@ -63,8 +64,15 @@ impl Extractor {
         self.options = options.clone();
     }
 
-    /// The features of the next frame.
-    pub fn extract(&mut self, frame: &Frame) -> Features {
+    /// The features of the next frame, as well as `look` says.
+    pub fn extract(&mut self, frame: &Frame, look: Look) -> Features {
+        if look == Look::Reuse
+            && !self.anew
+            && self.options.coherence > 0.0
+            && let Some(motion) = self.watcher.pause(frame.size())
+        {
+            return Features { change: Change::Goes(motion), ..Mask::new(frame.size()).into() };
+        }
         let change = if self.options.coherence > 0.0 {
             self.watcher.watch(frame)
         } else {
@@ -74,9 +82,9 @@ impl Extractor {
         };
         let anew = std::mem::take(&mut self.anew);
         match change {
-            _ if anew => self.features(frame),
-            Change::Shot => self.features(frame),
-            Change::Goes(_) => Features { change, ..Mask::new(frame.size()).into() },
+            Change::Goes(_) if !anew => Features { change, ..Mask::new(frame.size()).into() },
+            _ if look == Look::Full => self.features(frame),
+            _ => half::features(self, frame),
         }
     }
 

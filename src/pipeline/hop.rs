@@ -39,6 +39,8 @@ impl Orders {
 pub(super) struct Ticket {
     /// How it is to be rendered.
     pub(super) orders: Orders,
+    /// Refinement steps that the options ask for, once the mesh's thread has seen it.
+    pub(super) asked: u32,
     /// When the frame is shown.
     pub(super) span: Span,
     /// What the stages so far have to say of it.

@@ -16,6 +16,8 @@ mod admission;
 mod controls;
 mod histogram;
 mod hop;
+mod pilot;
+mod replay;
 mod report;
 mod station;
 
@@ -41,6 +43,9 @@ use admission::{Door, decode};
 pub use controls::Controls;
 use histogram::StageHistograms;
 use hop::{Admitted, Featured, Meshed, Orders, Painted, Ticket};
+pub use pilot::Guide;
+use pilot::{Pilot, longest};
+pub use replay::Script;
 pub use report::{
     BudgetReport, Ending, FrameReport, InputReport, OutputReport, Report, StageTimes, Summary,
 };
@@ -61,6 +66,8 @@ pub struct Settings {
     /// Options that may change during the run, in place of [`Settings::options`]. Default `None`: they
     /// stay.
     pub controls: Option<Controls>,
+    /// What decides how much detail frames have. Default [`Guide::Options`].
+    pub guide: Guide,
     /// Threads that work inside frames, in a pool of this run's own; `None` takes rayon's global pool,
     /// a thread a core. The stages' own threads come on top. Default `None`.
     pub threads: Option<NonZeroUsize>,
@@ -107,19 +114,22 @@ pub fn run(
         None => Controls::new(settings.options.clone())?,
     };
     let pool = &Pool::new(settings.threads)?;
+    let pilot = &Pilot::new(&settings.guide);
     let began = Instant::now();
     let over = AtomicBool::new(false);
     let dropped = AtomicU64::new(0);
     let mut histograms = StageHistograms::new();
     let (mut frames, mut short, mut least) = (0, 0, None);
+    let allowed = settings.guide.budget();
+    let mut budget = BudgetReport::new(allowed);
     let ending = thread::scope(|scope| {
         let end = End(&over);
         let (admit, admitted) = bounded(ROOM);
         let queue = settings.live.then(|| admitted.clone());
-        let door = Door { controls: &controls, stop, over: &over, queue, dropped: &dropped };
+        let door = Door { controls: &controls, pilot, stop, over: &over, queue, dropped: &dropped };
         let station = Station::new(Stage::Decode, admit);
         let decoding = spawn(scope, "decode", move || decode(start, station, &door))?;
-        let (chain, painted) = spawn_chain(scope, admitted, &controls, pool)?;
+        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, pool)?;
         let (tell, told) = bounded(ROOM);
         let delivery = Delivery { sink, tell, stop, keep_truncated: settings.allow_truncated };
         let encoding = spawn(scope, "encode", move || delivery.run(painted))?;
@@ -131,6 +141,8 @@ pub fn run(
                 least = Some(least.map_or(likeness, |least: f64| least.min(likeness)));
             }
             histograms.add(&report.timing);
+            budget.missed += u64::from(allowed.is_some_and(|most| longest(&report.timing) > most));
+            budget.changes += report.changes.len() as u64;
             if observer.frame_done(&report).is_break() {
                 stop.request();
             }
@@ -146,6 +158,7 @@ pub fn run(
         dropped: dropped.into_inner(),
         short,
         likeness: least,
+        budget,
         wall: began.elapsed(),
         stages: StageTimes(histograms.percentiles()),
         ending,
@@ -169,6 +182,7 @@ fn spawn_chain<'s, 'e>(
     scope: &'s Scope<'s, 'e>,
     admitted: Receiver<Result<Admitted>>,
     controls: &Controls,
+    pilot: &'e Pilot,
     pool: &'e Pool,
 ) -> Result<Chain<'s>> {
     let options = controls.options();
@@ -181,7 +195,7 @@ fn spawn_chain<'s, 'e>(
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 extractor.retune(options);
             }
-            features(&mut extractor, hop, clock, pool)
+            features(&mut extractor, hop, clock, pilot, pool)
         });
     })?;
     let (mesh, meshed) = bounded(ROOM);
@@ -193,7 +207,7 @@ fn spawn_chain<'s, 'e>(
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 mesher.retune(options);
             }
-            build_mesh(&mut mesher, hop, clock, pool)
+            build_mesh(&mut mesher, hop, clock, pilot, pool)
         });
     })?;
     let (paint, painted) = bounded(ROOM);
@@ -205,7 +219,7 @@ fn spawn_chain<'s, 'e>(
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 painter.retune(options);
             }
-            fill(&mut painter, hop, clock, pool)
+            fill(&mut painter, hop, clock, pilot, pool)
         });
     })?;
     Ok((vec![extracting, meshing, painting], painted))
@@ -216,13 +230,17 @@ fn features(
     extractor: &mut Extractor,
     hop: Admitted,
     clock: &mut Clock,
+    pilot: &Pilot,
     pool: &Pool,
 ) -> Result<Featured> {
     let Admitted { mut ticket, frame } = hop;
+    pilot.before_features(&mut ticket);
+    let look = ticket.orders.detail.look;
     let report = &mut ticket.report;
     let features =
-        pool.work(|| clock.time(Stage::Features, report, || Ok(extractor.extract(&frame))))?;
+        pool.work(|| clock.time(Stage::Features, report, || Ok(extractor.extract(&frame, look))))?;
     report.candidates = features.candidates.len();
+    pilot.after_features(&ticket, &features);
     Ok(Featured { ticket, frame, features })
 }
 
@@ -231,15 +249,17 @@ fn build_mesh(
     mesher: &mut Mesher,
     hop: Featured,
     clock: &mut Clock,
+    pilot: &Pilot,
     pool: &Pool,
 ) -> Result<Meshed> {
     let Featured { mut ticket, frame, features } = hop;
+    pilot.before_mesh(&mut ticket, &features, mesher);
+    let Orders { options, detail } = &ticket.orders;
     let report = &mut ticket.report;
-    let start =
-        pool.work(|| clock.time(Stage::Sample, report, || mesher.sample(&features, &frame)))?;
+    let start = pool
+        .work(|| clock.time(Stage::Sample, report, || mesher.sample(&features, &frame, detail)))?;
     let (mut mesh, fresh) =
         pool.work(|| clock.time(Stage::Triangulate, report, || triangulate_start(&frame, start)))?;
-    let Orders { options, detail } = &ticket.orders;
     let refined = pool.work(|| {
         clock.time(Stage::Refine, report, || mesher.refine(&mut mesh, &frame, fresh, detail))
     })?;
@@ -257,15 +277,26 @@ fn build_mesh(
         .error
         .zip(refined.likeness)
         .is_some_and(|(target, likeness)| likeness < target.value());
+    pilot.after_mesh(report, fresh);
     Ok(Meshed { ticket, frame, mesh, fresh })
 }
 
 /// Mean colours, and the picture.
-fn fill(painter: &mut Painter, hop: Meshed, clock: &mut Clock, pool: &Pool) -> Result<Painted> {
-    let Meshed { ticket: Ticket { span, mut report, .. }, frame, mesh, fresh } = hop;
+fn fill(
+    painter: &mut Painter,
+    hop: Meshed,
+    clock: &mut Clock,
+    pilot: &Pilot,
+    pool: &Pool,
+) -> Result<Painted> {
+    let Meshed { mut ticket, frame, mesh, fresh } = hop;
+    pilot.before_painting(&mut ticket);
+    let Ticket { orders, span, mut report, .. } = ticket;
+    let rows = orders.detail.rows;
     let painting = pool.work(|| {
-        clock.time(Stage::Rasterise, &mut report, || Ok(painter.paint(&mesh, &frame, fresh)))
+        clock.time(Stage::Rasterise, &mut report, || Ok(painter.paint(&mesh, &frame, fresh, rows)))
     })?;
+    pilot.after_painting(&report);
     Ok(Painted { report, picture: Picture { frame: painting.frame, fills: painting.fills, span } })
 }
 

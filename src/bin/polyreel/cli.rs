@@ -11,6 +11,7 @@ use polyreel::sink::ffmpeg::VideoOptions;
 use polyreel::source::SourceOptions;
 
 use crate::amount;
+use crate::budget::{Budget, budget};
 use crate::look::{LookArgs, methods};
 
 /// Turns pictures, GIFs and video into low-poly art, frame by frame.
@@ -32,6 +33,14 @@ pub(crate) enum Command {
     Inspect(Box<InspectArgs>),
     /// Tell size, frames, rate, duration, alpha and audio of an input
     Info(InfoArgs),
+    /// List the presets, or print one as a file to begin your own with
+    #[command(after_help = "Example:\n  polyreel presets sketch > mine.toml\n  \
+                            polyreel render portrait.png -o sketch.png --preset mine.toml")]
+    Presets {
+        /// The preset to print
+        #[arg(value_name = "NAME")]
+        name: Option<String>,
+    },
     /// Print a completion script for a shell
     #[command(
         after_help = "Example:\n  polyreel completions bash > ~/.local/share/bash-completion/completions/polyreel"
@@ -293,6 +302,15 @@ pub(crate) struct RunArgs {
     /// Threads that work inside a frame; the bytes are the same for any number [default: one a core]
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZeroUsize>,
+    /// Time for each frame, 16ms, 0.5s, or auto: as long as a frame of the source is shown. Detail is
+    /// chosen so that every stage keeps within it; spare time goes to refinement, up to --refine
+    /// [default: none]
+    #[arg(long, value_name = "TIME", value_parser = budget)]
+    pub(crate) budget: Option<Budget>,
+    /// Give every frame the detail that it had in the run of this report: the same bytes again, from the
+    /// same input and options
+    #[arg(long, value_name = "REPORT.json", conflicts_with = "budget")]
+    pub(crate) replay: Option<PathBuf>,
     /// Write what was done, in sum and for every frame, as JSON; replaces an older report
     #[arg(long, value_name = "FILE.json")]
     pub(crate) report: Option<PathBuf>,

@@ -12,7 +12,7 @@ use polyreel::feature::saliency::saliency;
 use polyreel::frame::{Fill, Frame, Rational, Rgba, Span, StreamInfo};
 use polyreel::geom::{Point, Size};
 use polyreel::hex::HexGrid;
-use polyreel::options::Options;
+use polyreel::options::{Look, Options};
 use polyreel::pipeline::Stop;
 use polyreel::plane::Plane;
 use polyreel::render::Renderer;
@@ -50,11 +50,11 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
 
     let mut extractor = Extractor::new(&options);
     let regions = extractor.regions(&frame);
-    let features = extractor.extract(&frame);
+    let features = extractor.extract(&frame, Look::Full);
     let grid = Sampler::new(&options).grid(frame.size());
     let rendered = Renderer::new(&options)?.render(&frame)?;
     let mut mesh = faded(&frame);
-    draw::edges(&mut mesh, &rendered.mesh, INK);
+    draw::edges(&mut mesh, &rendered.mesh, INK, 1);
     let stages = [
         ("regions", region_colours(&regions)),
         ("candidates", dots(&features.candidates)),

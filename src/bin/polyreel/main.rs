@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 1 failed, 2 usage, 130 stopped by Ctrl-C.
 
 mod amount;
+mod budget;
 mod cli;
 mod evaluate;
 mod info;
@@ -11,6 +12,7 @@ mod interrupt;
 mod look;
 mod manual;
 mod npy;
+mod presets;
 mod progress;
 mod record;
 mod render;
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         Command::Evaluate(args) => evaluate::evaluate(&args.settled()),
         Command::Inspect(args) => inspect::inspect(&args),
         Command::Info(args) => info::info(&args),
+        Command::Presets { name } => presets::presets(name.as_deref()),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { command } => manual::man(command.as_deref()),
     };
