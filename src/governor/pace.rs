@@ -57,6 +57,9 @@ const PRIOR: f64 = 0.5;
 /// The setup, in steps, that is believed.
 const SETUPS: (f64, f64) = (0.25, 8.0);
 
+/// A time that is so many times as long as expected counts as no longer than this for the line's shape.
+const FAR_OUT: f64 = 2.0;
+
 /// Time as a line over the number of refinement steps: its shape from the last thirty frames by least
 /// squares, its level from the last few.
 #[derive(Clone, Copy, Debug, Default)]
@@ -72,13 +75,16 @@ pub(super) struct Line {
 impl Line {
     /// Takes note of a frame with `steps`.
     pub(super) fn learn(&mut self, steps: f64, time: f64) {
-        let terms = [1.0, steps, steps * steps, time, steps * time];
+        let first = !self.is_known();
+        let told = self.setup + self.step * steps;
+        // The line's shape is not to be bent by one time far out.
+        let taken = if first { time } else { time.min(FAR_OUT * told * self.pace()) };
+        let terms = [1.0, steps, steps * steps, taken, steps * taken];
         for (sum, term) in self.sums.iter_mut().zip(terms) {
             *sum = *sum * KEPT + term;
         }
-        let first = !self.is_known();
         if !first {
-            self.level.learn(time / (self.setup + self.step * steps));
+            self.level.learn(time / told);
         }
         self.fit();
         if first {
