@@ -59,6 +59,7 @@ pub mod sink;
 pub mod source;
 pub mod stage;
 pub mod triangulate;
+pub(crate) mod vector;
 
 /// The README's example, compiled and run as a test.
 #[cfg(doctest)]

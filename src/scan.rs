@@ -5,9 +5,12 @@
 //! compute the same whole numbers for it, so the triangles of a mesh share out the pixels without gap
 //! or overlap.
 
+mod crossing;
+
 use std::ops::Range;
 
 use crate::geom::{Point, SUBPIXEL, orient};
+pub(crate) use crossing::Crossing;
 
 const HALF: i32 = SUBPIXEL / 2;
 
@@ -26,6 +29,7 @@ pub fn rows([a, b, c]: [Point; 3]) -> Range<u32> {
 
 /// Calls `visit(y, columns)` for every row of `band` in which the triangle covers pixels, from top to
 /// bottom. The triangle lies in a frame and may have either orientation.
+#[inline]
 pub fn spans(triangle: [Point; 3], band: Range<u32>, mut visit: impl FnMut(u32, Range<usize>)) {
     let [a, b, c] = triangle;
     // Three exchanges sort by height.
@@ -41,17 +45,12 @@ pub fn spans(triangle: [Point; 3], band: Range<u32>, mut visit: impl FnMut(u32, 
     let bend_on_right = orient(a, b, c) > 0;
     let mut long = Crossing::new(a, c, start);
     let mut walk = |short: &mut Crossing, rows: Range<i32>| {
+        let (left, right) = if bend_on_right { (&mut long, short) } else { (short, &mut long) };
         for y in rows {
-            let (left, right) = if bend_on_right {
-                (long.column, short.column)
-            } else {
-                (short.column, long.column)
-            };
-            if left < right {
-                visit(y as u32, left as usize..right as usize);
+            let columns = left.next()..right.next();
+            if columns.start < columns.end {
+                visit(y as u32, columns);
             }
-            long.step();
-            short.step();
         }
     };
     let middle = bend.clamp(start, end);
@@ -61,69 +60,6 @@ pub fn spans(triangle: [Point; 3], band: Range<u32>, mut visit: impl FnMut(u32, 
     if middle < end {
         walk(&mut Crossing::new(b, c, middle), middle..end);
     }
-}
-
-/// The first column whose centre lies on an edge or right of it, stepped from row to row: a quotient
-/// and its remainder, so that no row needs a division and nothing is ever rounded.
-struct Crossing {
-    column: i32,
-    rest: i64,
-    column_step: i32,
-    rest_step: i64,
-    divisor: i64,
-}
-
-impl Crossing {
-    /// The edge from `upper` down to `lower` at row `row`, whose centre the edge spans.
-    fn new(upper: Point, lower: Point, row: i32) -> Self {
-        let (dx, dy) = (lower.x - upper.x, lower.y - upper.y);
-        let down = row * SUBPIXEL + HALF - upper.y;
-        // column = ceil((x - 128) / 256) with x = upper.x + down * dx / dy; the whole pixels of
-        // upper.x - 128 are taken out first, so that what is left to divide is small.
-        let (base, fraction) =
-            ((upper.x - HALF).div_euclid(SUBPIXEL), (upper.x - HALF) & (SUBPIXEL - 1));
-        // Edges below 4096 pixels entered within four rows of their top, that is nearly all, divide in
-        // 32 bits: |fraction * dy + down * dx| < 2^28 + 2^30 and divisors are below 2^28.
-        const SHORT: i32 = 1 << 20;
-        if dx.abs() < SHORT && dy < SHORT && down < 4 * SUBPIXEL {
-            let divisor = dy * SUBPIXEL;
-            let (column, rest) = floor_div(fraction * dy + down * dx + divisor - 1, divisor);
-            let (column_step, rest_step) = floor_div(dx, dy);
-            Self {
-                column: base + column,
-                rest: rest.into(),
-                column_step,
-                rest_step: (rest_step * SUBPIXEL).into(),
-                divisor: divisor.into(),
-            }
-        } else {
-            let [dx, dy, down] = [dx, dy, down].map(i64::from);
-            let divisor = dy * i64::from(SUBPIXEL);
-            let numerator = i64::from(fraction) * dy + down * dx + divisor - 1;
-            Self {
-                column: base + numerator.div_euclid(divisor) as i32,
-                rest: numerator.rem_euclid(divisor),
-                column_step: dx.div_euclid(dy) as i32,
-                rest_step: dx.rem_euclid(dy) * i64::from(SUBPIXEL),
-                divisor,
-            }
-        }
-    }
-
-    fn step(&mut self) {
-        self.column += self.column_step;
-        self.rest += self.rest_step;
-        if self.rest >= self.divisor {
-            self.rest -= self.divisor;
-            self.column += 1;
-        }
-    }
-}
-
-/// Quotient rounded down, and what is left, with one division. The divisor is positive.
-const fn floor_div(numerator: i32, divisor: i32) -> (i32, i32) {
-    let (quotient, rest) = (numerator / divisor, numerator % divisor);
-    if rest < 0 { (quotient - 1, rest + divisor) } else { (quotient, rest) }
 }
 
 #[cfg(test)]

@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Modules of the library, lowest layer first.
-const ORDER: [&str; 26] = [
+const ORDER: [&str; 27] = [
     "geom",
     "stage",
     "error",
     "frame",
     "chance",
-    "pattern", // layer 0
+    "pattern",
+    "vector", // layer 0
     "plane",
     "options",
     "mesh",

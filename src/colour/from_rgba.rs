@@ -2,9 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::{Coding, FRACTION, Layout, MEAN_BITS, Sampling, Siting, codes, fixed, weights};
+use super::{Coding, FRACTION, Layout, MEAN_BITS, ROWS, Sampling, Siting, codes, fixed, weights};
 use crate::frame::Rgba;
 use crate::geom::Size;
+use crate::vector::widest;
 
 /// Fixed-point factors from RGB to codes: of red, green and blue, and what is added.
 struct ToYuv {
@@ -34,9 +35,17 @@ impl ToYuv {
     }
 }
 
-fn mix(factors: &[i32; 4], [r, g, b]: [i32; 3]) -> u8 {
-    let sum = factors[0] * r + factors[1] * g + factors[2] * b + factors[3];
-    (sum >> FRACTION).clamp(0, 255) as u8
+/// Red, green and blue mixed by `factors`, without what is added.
+#[inline(always)]
+fn mix(factors: &[i32; 4], pixel: Rgba) -> i32 {
+    let pixel = u32::from_le_bytes(pixel);
+    let channel = |shift: u32| (pixel >> shift & 0xff) as i32;
+    factors[0] * channel(0) + factors[1] * channel(8) + factors[2] * channel(16)
+}
+
+#[inline(always)]
+fn code(factors: &[i32; 4], sum: i32) -> u8 {
+    ((sum + factors[3]) >> FRACTION).clamp(0, 255) as u8
 }
 
 /// Turns pixels of `size` into planes of `layout`, which replace the contents of `out`. A layout
@@ -57,11 +66,16 @@ pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, o
         &pixels[y * size.width as usize..][..size.width as usize]
     };
     let (luma, rest) = out.split_at_mut(full.pixels());
-    luma.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
+    luma.par_chunks_mut(width).enumerate().with_min_len(ROWS).for_each(|(y, out)| {
         let source = row(y);
-        for (out, &[r, g, b, _]) in out.iter_mut().zip(source) {
-            *out = mix(&factors.luma, [r.into(), g.into(), b.into()]);
-        }
+        widest(
+            #[inline(always)]
+            || {
+                for (out, &pixel) in out.iter_mut().zip(source) {
+                    *out = code(&factors.luma, mix(&factors.luma, pixel));
+                }
+            },
+        );
         let edge = out[source.len() - 1];
         out[source.len()..].fill(edge);
     });
@@ -70,15 +84,16 @@ pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, o
     let (v, alpha) = rest.split_at_mut(chroma_width * chroma_height);
     if chroma_width > 0 {
         let rows = u.par_chunks_mut(chroma_width).zip(v.par_chunks_mut(chroma_width));
-        rows.enumerate().for_each(|(y, (u, v))| {
-            let (upper, lower) = match layout.sampling {
+        rows.enumerate().with_min_len(ROWS).for_each_init(Vec::new, |mixed, (y, (u, v))| {
+            let pair = match layout.sampling {
                 Sampling::Yuv420 => (row(2 * y), row((2 * y + 1).min(full.height as usize - 1))),
                 _ => (row(y), row(y)),
             };
-            for (x, (u, v)) in u.iter_mut().zip(v).enumerate() {
-                let mean = mean(layout, upper, lower, x);
-                *u = mix(&factors.u, mean);
-                *v = mix(&factors.v, mean);
+            for (out, factors) in [(u, &factors.u), (v, &factors.v)] {
+                widest(
+                    #[inline(always)]
+                    || narrow(layout, pair, factors, mixed, out),
+                );
             }
         });
     }
@@ -92,23 +107,47 @@ pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, o
     }
 }
 
-/// The RGB that chroma sample `x` stands for, in eighths: the mean over the columns that are
-/// nearest to its place, weighted by how much of them it covers.
-fn mean(layout: &Layout, upper: &[Rgba], lower: &[Rgba], x: usize) -> [i32; 3] {
-    let last = upper.len() - 1;
-    let column = |x: usize| {
-        let (a, b) = (upper[x.min(last)], lower[x.min(last)]);
-        [0, 1, 2].map(|i| i32::from(a[i]) + i32::from(b[i]))
-    };
-    if layout.sampling == Sampling::Yuv444 {
-        return column(x).map(|c| 4 * c);
+/// A row of chroma: each sample the mean over the columns that are nearest to its place, weighted by
+/// how much of them it covers, in the two rows of `pair`. `mixed` is memory to work in.
+#[inline(always)]
+fn narrow(
+    layout: &Layout,
+    (upper, lower): (&[Rgba], &[Rgba]),
+    factors: &[i32; 4],
+    mixed: &mut Vec<i32>,
+    out: &mut [u8],
+) {
+    // The columns' sums, the first and the last once more for what lies beyond them.
+    mixed.clear();
+    mixed.resize(2 * out.len() + 2, 0);
+    let (first, columns) = mixed.split_at_mut(1);
+    let (columns, beyond) = columns.split_at_mut(upper.len());
+    for (sum, (&a, &b)) in columns.iter_mut().zip(upper.iter().zip(lower)) {
+        *sum = mix(factors, a) + mix(factors, b);
     }
-    let (left, right) = (column(2 * x), column(2 * x + 1));
+    first[0] = columns[0];
+    beyond.fill(columns[columns.len() - 1]);
+    if layout.sampling == Sampling::Yuv444 {
+        for (out, &sum) in out.iter_mut().zip(&mixed[1..]) {
+            *out = code(factors, 4 * sum);
+        }
+        return;
+    }
+    let (pairs, _) = mixed.as_chunks::<2>();
     match layout.siting {
-        Siting::Centre => [0, 1, 2].map(|i| 2 * (left[i] + right[i])),
+        Siting::Centre => {
+            for (out, (&[_, left], &[right, _])) in
+                out.iter_mut().zip(pairs.iter().zip(&pairs[1..]))
+            {
+                *out = code(factors, 2 * (left + right));
+            }
+        }
         Siting::Left => {
-            let before = column((2 * x).saturating_sub(1));
-            [0, 1, 2].map(|i| before[i] + 2 * left[i] + right[i])
+            for (out, (&[before, left], &[right, _])) in
+                out.iter_mut().zip(pairs.iter().zip(&pairs[1..]))
+            {
+                *out = code(factors, before + 2 * left + right);
+            }
         }
     }
 }

@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::{CHROMA_BITS, Coding, FRACTION, Layout, Sampling, Siting, codes, fixed, weights};
+use super::{CHROMA_BITS, Coding, FRACTION, Layout, ROWS, Sampling, Siting, codes, fixed, weights};
 use crate::frame::Rgba;
+use crate::vector::widest;
 
 /// Fixed-point factors from codes to RGB.
 struct FromYuv {
@@ -32,17 +33,17 @@ impl FromYuv {
     }
 
     /// The colour of luma `y` and chroma `u`, `v` in sixteenths.
+    #[inline(always)]
     fn pixel(&self, y: u8, u: u16, v: u16, alpha: u8) -> Rgba {
         const NEUTRAL: i32 = 128 << CHROMA_BITS;
         let luma = (i32::from(y) - self.black) * self.luma + (1 << (FRACTION - 1));
         let (u, v) = (i32::from(u) - NEUTRAL, i32::from(v) - NEUTRAL);
-        let byte = |sum: i32| (sum >> FRACTION).clamp(0, 255) as u8;
-        [
-            byte(luma + self.red_v * v),
-            byte(luma + self.green_u * u + self.green_v * v),
-            byte(luma + self.blue_u * u),
-            alpha,
-        ]
+        let byte = |sum: i32| (sum >> FRACTION).clamp(0, 255) as u32;
+        let red = byte(luma + self.red_v * v);
+        let green = byte(luma + self.green_u * u + self.green_v * v);
+        let blue = byte(luma + self.blue_u * u);
+        // In one number: lanes of 32 bits are what compilers make vectors of.
+        (red | green << 8 | blue << 16 | u32::from(alpha) << 24).to_le_bytes()
     }
 }
 
@@ -59,33 +60,52 @@ pub fn to_rgba(layout: &Layout, coding: Coding, data: &[u8], out: &mut Vec<Rgba>
     let (v, alpha) = rest.split_at(chroma_width * chroma_height);
     let factors = FromYuv::new(coding);
     out.resize(pixels, [0; 4]);
-    out.par_chunks_mut(width).enumerate().for_each_init(
+    let rows = out.par_chunks_mut(width).enumerate().with_min_len(ROWS);
+    rows.for_each_init(
         || [vec![0u16; width], vec![0u16; width], vec![0u16; chroma_width]],
         |[us, vs, blend], (row, out)| {
-            if layout.sampling == Sampling::Gray {
-                us.fill(128 << CHROMA_BITS);
-                vs.fill(128 << CHROMA_BITS);
-            } else {
-                upsample(layout, u, row, blend, us);
-                upsample(layout, v, row, blend, vs);
-            }
-            let luma = &luma[row * width..][..width];
-            let chroma = us.iter().zip(vs.iter());
-            if layout.alpha {
-                let alpha = &alpha[row * width..][..width];
-                for (((out, &y), (&u, &v)), &a) in out.iter_mut().zip(luma).zip(chroma).zip(alpha) {
-                    *out = factors.pixel(y, u, v, a);
-                }
-            } else {
-                for ((out, &y), (&u, &v)) in out.iter_mut().zip(luma).zip(chroma) {
-                    *out = factors.pixel(y, u, v, 255);
-                }
-            }
+            widest(
+                #[inline(always)]
+                || {
+                    if layout.sampling == Sampling::Gray {
+                        us.fill(128 << CHROMA_BITS);
+                        vs.fill(128 << CHROMA_BITS);
+                    } else {
+                        upsample(layout, u, row, blend, us);
+                        upsample(layout, v, row, blend, vs);
+                    }
+                    let luma = &luma[row * width..][..width];
+                    let alpha = layout.alpha.then(|| &alpha[row * width..][..width]);
+                    join(&factors, luma, (us, vs), alpha, out);
+                },
+            );
         },
     );
 }
 
+/// A row of pixels from luma, chroma in sixteenths, and alpha where there is any.
+#[inline(always)]
+fn join(
+    factors: &FromYuv,
+    luma: &[u8],
+    (us, vs): (&[u16], &[u16]),
+    alpha: Option<&[u8]>,
+    out: &mut [Rgba],
+) {
+    let planes = luma.iter().zip(us.iter().zip(vs));
+    if let Some(alpha) = alpha {
+        for ((out, (&y, (&u, &v))), &a) in out.iter_mut().zip(planes).zip(alpha) {
+            *out = factors.pixel(y, u, v, a);
+        }
+    } else {
+        for (out, (&y, (&u, &v))) in out.iter_mut().zip(planes) {
+            *out = factors.pixel(y, u, v, 255);
+        }
+    }
+}
+
 /// The chroma of luma row `row`, a sample for each column, in sixteenths.
+#[inline(always)]
 fn upsample(layout: &Layout, plane: &[u8], row: usize, blend: &mut [u16], out: &mut [u16]) {
     let (width, height) = layout.chroma();
     let line = |y: usize| &plane[y * width..][..width];
@@ -120,18 +140,31 @@ fn upsample(layout: &Layout, plane: &[u8], row: usize, blend: &mut [u16], out: &
 }
 
 /// Two columns for each sample of `row` (in quarters); `out` is in sixteenths.
+#[inline(always)]
 fn widen(siting: Siting, row: &[u16], out: &mut [u16]) {
     let last = row.len() - 1;
-    for (x, pair) in out.chunks_mut(2).enumerate() {
-        let (here, next) = (row[x], row[(x + 1).min(last)]);
-        let (even, odd) = match siting {
-            Siting::Left => (4 * here, 2 * (here + next)),
-            Siting::Centre => (3 * here + row[x.saturating_sub(1)], 3 * here + next),
-        };
-        pair[0] = even;
-        if let Some(second) = pair.get_mut(1) {
-            *second = odd;
+    // What lies between two samples of the row, and before the first of them.
+    let (head, rest) = out.split_at_mut(1);
+    let near = row.windows(2);
+    match siting {
+        Siting::Left => {
+            head[0] = 4 * row[0];
+            for (pair, w) in rest.chunks_exact_mut(2).zip(near) {
+                pair[0] = 2 * (w[0] + w[1]);
+                pair[1] = 4 * w[1];
+            }
         }
+        Siting::Centre => {
+            head[0] = 4 * row[0];
+            for (pair, w) in rest.chunks_exact_mut(2).zip(near) {
+                pair[0] = 3 * w[0] + w[1];
+                pair[1] = 3 * w[1] + w[0];
+            }
+        }
+    }
+    // An even width ends half a sample after the last one.
+    if let Some(end) = rest.get_mut(2 * last) {
+        *end = 4 * row[last];
     }
 }
 

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::patch::{PATCH, Patch, sample};
+use super::patch::{PATCH, Patch, Window, dot, sum};
 use super::starts;
-use crate::frame::{Frame, luma};
+use crate::frame::Frame;
 use crate::geom::Size;
 use crate::plane::Plane;
 
@@ -37,19 +37,20 @@ impl Small {
         let small = Size::new(size.width / factor, size.height / factor);
         let mut plane = Plane::filled(small, 0.0);
         let rows = plane.values_mut().par_chunks_exact_mut(small.width as usize);
-        let share = 1.0 / (factor * factor) as f32;
-        (0..small.height).into_par_iter().zip(rows).for_each(|(y, out)| {
-            let mut sums = vec![0u32; small.width as usize];
-            for y in y * factor..(y + 1) * factor {
-                for (sum, pixels) in sums.iter_mut().zip(frame.row(y).chunks_exact(factor as usize))
-                {
-                    *sum += pixels.iter().map(|&p| u32::from(luma(p))).sum::<u32>();
+        let used = (small.width * factor) as usize * 4;
+        rows.enumerate().for_each_init(
+            || vec![0u32; used],
+            |sums, (y, out)| {
+                sums.fill(0);
+                for y in (y as u32 * factor..).take(factor as usize) {
+                    let bytes = frame.row(y).as_flattened();
+                    sums.iter_mut().zip(bytes).for_each(|(sum, &byte)| *sum += u32::from(byte));
                 }
-            }
-            for (out, sum) in out.iter_mut().zip(sums) {
-                *out = sum as f32 * share;
-            }
-        });
+                for (out, sums) in out.iter_mut().zip(sums.chunks_exact(4 * factor as usize)) {
+                    *out = mean_luma(sums, factor);
+                }
+            },
+        );
         let mut levels = vec![plane];
         while let Some(last) = levels.last()
             && levels.len() < LEVELS
@@ -65,6 +66,19 @@ impl Small {
         &self.levels[0]
     }
 }
+
+/// The mean luma of a small pixel, 0..255, from its columns' sums of red, green, blue and alpha.
+fn mean_luma(sums: &[u32], factor: u32) -> f32 {
+    let mut colour = [0; 3];
+    for column in sums.as_chunks::<4>().0 {
+        colour.iter_mut().zip(column).for_each(|(sum, &channel)| *sum += channel);
+    }
+    let weighted: f32 = colour.iter().zip(LUMA).map(|(&sum, weight)| sum as f32 * weight).sum();
+    weighted / (factor * factor) as f32
+}
+
+/// Weights of red, green and blue (ITU-R BT.601).
+const LUMA: [f32; 3] = [0.299, 0.587, 0.114];
 
 /// Where blocks of the picture go: what stands at a block's centre in one frame stands a vector
 /// further in the next.
@@ -183,10 +197,9 @@ impl Grid {
                 };
                 tries = [[0.0; 2], near(1, 1), near(0, 1), near(2, 1), near(1, 0), near(1, 2)];
             }
-            let rest = patch.search(b, &[[0.0; 2]], 0).squares;
             let found = patch.search(b, &tries, DESCENTS);
-            // A move has to explain the change, not merely fit the grain a little better.
-            if found.squares < 0.5 * rest { found.vector } else { [0.0; 2] }
+            // A move has to explain the change, not merely fit the grain a little better than rest.
+            if found.squares < 0.5 * found.first { found.vector } else { [0.0; 2] }
         };
         let vectors = (0..count).into_par_iter().with_min_len(32).map(vector).collect();
         Self { columns: columns.len(), vectors }
@@ -235,31 +248,24 @@ pub fn block_differences(a: &Small, b: &Small) -> Vec<f32> {
 /// `from` with where it went; `None` for blocks without texture in either.
 pub fn block_correlations(from: &Small, to: &Small, motion: &Motion) -> Vec<Option<f32>> {
     let (columns, rows) = blocks(from);
-    let Size { width, height } = from.plane().size();
-    let (w, h) = (PATCH.min(width as usize), PATCH.min(height as usize));
-    let mut out = Vec::with_capacity(columns.len() * rows.len());
-    for &y in &rows {
-        for &x in &columns {
-            let vector = motion.vectors[out.len()].map(|v| v / from.factor as f32);
-            let (mut pairs, n) = (Vec::with_capacity(w * h), (w * h) as f32);
-            for v in y..y + h {
-                for u in x..x + w {
-                    let there = sample(to.plane(), u as f32 + vector[0], v as f32 + vector[1]);
-                    pairs.push((from.plane().at(u as u32, v as u32), there));
-                }
-            }
-            let mean = pairs.iter().fold((0.0, 0.0), |m, p| (m.0 + p.0 / n, m.1 + p.1 / n));
-            let (mut aa, mut bb, mut ab) = (0.0, 0.0, 0.0);
-            for (a, b) in pairs {
-                let (a, b) = (a - mean.0, b - mean.1);
-                (aa, bb, ab) = (aa + a * a, bb + b * b, ab + a * b);
-            }
-            // Below a standard deviation of 2 levels there is grain, not texture.
-            let texture = aa.max(bb) > 4.0 * n;
-            out.push(texture.then(|| ab / (aa.max(4.0 * n) * bb.max(4.0 * n)).sqrt()));
-        }
-    }
-    out
+    let places = rows.iter().flat_map(|&y| columns.iter().map(move |&x| (x, y)));
+    let correlation = |(place, vector): ((usize, usize), &[f32; 2])| {
+        let window = Window::new(from.plane().size(), place);
+        let n = window.count() as f32;
+        let centred = |plane: &Plane<f32>, vector: [f32; 2]| {
+            let mut values = window.look(plane, vector);
+            let mean = sum(&values) / n;
+            values[..window.count()].iter_mut().for_each(|v| *v -= mean);
+            values
+        };
+        let a = centred(from.plane(), [0.0; 2]);
+        let b = centred(to.plane(), vector.map(|v| v / from.factor as f32));
+        let (aa, bb, ab) = (dot(&a, &a), dot(&b, &b), dot(&a, &b));
+        // Below a standard deviation of 2 levels there is grain, not texture.
+        let texture = aa.max(bb) > 4.0 * n;
+        texture.then(|| ab / (aa.max(4.0 * n) * bb.max(4.0 * n)).sqrt())
+    };
+    places.zip(&motion.vectors).map(correlation).collect()
 }
 
 #[cfg(test)]

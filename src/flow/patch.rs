@@ -7,6 +7,9 @@ use crate::plane::Plane;
 /// Side of a patch in pixels (Kroeger et al., section 3).
 pub(super) const PATCH: usize = 8;
 
+/// Pixels of a whole patch.
+const PIXELS: usize = PATCH * PATCH;
+
 /// Where a patch went.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Found {
@@ -14,90 +17,143 @@ pub(super) struct Found {
     pub(super) vector: [f32; 2],
     /// Sum of squared differences there, means taken off.
     pub(super) squares: f32,
+    /// The same for the first of the tries.
+    pub(super) first: f32,
 }
 
-/// A patch of the first picture, its slopes, and what follows from them alone.
-pub(super) struct Patch {
+/// The pixels that a patch stands on. Pictures narrower or lower than a patch have smaller ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Window {
     x: usize,
     y: usize,
     width: usize,
     height: usize,
-    /// Value less the patch's mean, and slopes to the right and downwards, for each pixel.
-    pixels: Vec<[f32; 3]>,
+}
+
+impl Window {
+    /// The window at `place` in a picture of `size`.
+    pub(super) fn new(size: Size, (x, y): (usize, usize)) -> Self {
+        let (width, height) = (size.width as usize, size.height as usize);
+        Self { x, y, width: PATCH.min(width), height: PATCH.min(height) }
+    }
+
+    /// Number of pixels; what lies behind them in an array of [`PIXELS`] is 0.
+    pub(super) fn count(self) -> usize {
+        self.width * self.height
+    }
+
+    /// The pixels of `plane` that the window covers when it moves by `vector`, row by row.
+    pub(super) fn look(self, plane: &Plane<f32>, [u, v]: [f32; 2]) -> [f32; PIXELS] {
+        self.look_inside(plane, [u, v]).unwrap_or_else(|| {
+            let mut out = [0.0; PIXELS];
+            for j in 0..self.height {
+                for i in 0..self.width {
+                    let (x, y) = ((self.x + i) as f32 + u, (self.y + j) as f32 + v);
+                    out[j * self.width + i] = sample(plane, x, y);
+                }
+            }
+            out
+        })
+    }
+
+    /// [`Window::look`] where a whole window falls inside the picture, so that all its pixels lie alike
+    /// between those of `plane`.
+    fn look_inside(self, plane: &Plane<f32>, [u, v]: [f32; 2]) -> Option<[f32; PIXELS]> {
+        let (x, y) = (self.x as f32 + u, self.y as f32 + v);
+        let room = |side: u32| side as f32 - PATCH as f32 - 1.0;
+        let (right, bottom) = (room(plane.size().width), room(plane.size().height));
+        let inside = x >= 0.0 && y >= 0.0 && x <= right && y <= bottom;
+        if !inside || self.count() < PIXELS {
+            return None;
+        }
+        let (left, top) = (x as usize, y as usize);
+        let (fx, fy) = (x - left as f32, y - top as f32);
+        let mut across = [[0.0; PATCH]; PATCH + 1];
+        for (y, across) in across.iter_mut().enumerate() {
+            let row = &plane.row((top + y) as u32)[left..=left + PATCH];
+            for x in 0..PATCH {
+                across[x] = row[x] + (row[x + 1] - row[x]) * fx;
+            }
+        }
+        let mut out = [0.0; PIXELS];
+        for y in 0..PATCH {
+            for x in 0..PATCH {
+                out[y * PATCH + x] = across[y][x] + (across[y + 1][x] - across[y][x]) * fy;
+            }
+        }
+        Some(out)
+    }
+}
+
+/// A patch of the first picture, its slopes, and what follows from them alone.
+pub(super) struct Patch {
+    window: Window,
+    /// Values less their mean, row by row.
+    values: [f32; PIXELS],
+    /// Slopes to the right and downwards.
+    slopes: [[f32; PIXELS]; 2],
     /// Inverse of the sums of products of slopes: xx, xy, yy. `None` without texture.
     inverse: Option<[f32; 3]>,
 }
 
 impl Patch {
-    pub(super) fn new(a: &Plane<f32>, (x, y): (usize, usize)) -> Self {
-        let Size { width, height } = a.size();
-        let (right, bottom) = (width as usize - 1, height as usize - 1);
-        let (width, height) = (PATCH.min(right + 1), PATCH.min(bottom + 1));
-        let at = |x: usize, y: usize| a.row(y as u32)[x];
-        let mut pixels = Vec::with_capacity(width * height);
-        for v in y..y + height {
-            for u in x..x + width {
-                let dx = at((u + 1).min(right), v) - at(u.saturating_sub(1), v);
-                let dy = at(u, (v + 1).min(bottom)) - at(u, v.saturating_sub(1));
-                pixels.push([at(u, v), dx / 2.0, dy / 2.0]);
-            }
-        }
-        let mean = pixels.iter().map(|p| p[0]).sum::<f32>() / pixels.len() as f32;
-        pixels.iter_mut().for_each(|p| p[0] -= mean);
-        let product = |i: usize, j: usize| pixels.iter().map(|p| p[i] * p[j]).sum::<f32>();
-        let (xx, xy, yy) = (product(1, 1), product(1, 2), product(2, 2));
+    pub(super) fn new(a: &Plane<f32>, place: (usize, usize)) -> Self {
+        let window = Window::new(a.size(), place);
+        let mut values = window.look(a, [0.0; 2]);
+        let mean = sum(&values) / window.count() as f32;
+        values[..window.count()].iter_mut().for_each(|v| *v -= mean);
+        let slopes = slopes(a, window);
+        let product = |i: usize, j: usize| dot(&slopes[i], &slopes[j]);
+        let (xx, xy, yy) = (product(0, 0), product(0, 1), product(1, 1));
         // Slopes in one direction only leave the other one open: the search must stay as it began.
         let det = xx * yy - xy * xy;
         let inverse =
             (det > 1e-3 * (xx + yy).powi(2) && det > 1.0).then(|| [yy / det, -xy / det, xx / det]);
-        Self { x, y, width, height, pixels, inverse }
+        Self { window, values, slopes, inverse }
     }
 
-    /// What each pixel misses in `b` when the patch moves by `flow`, the mean taken off.
-    pub(super) fn misses(&self, b: &Plane<f32>, [u, v]: [f32; 2], misses: &mut Vec<f32>) -> f32 {
-        misses.clear();
-        for j in 0..self.height {
-            for i in 0..self.width {
-                misses.push(sample(b, (self.x + i) as f32 + u, (self.y + j) as f32 + v));
-            }
-        }
-        let mean = misses.iter().sum::<f32>() / misses.len() as f32;
-        let mut squares = 0.0;
-        for (miss, pixel) in misses.iter_mut().zip(&self.pixels) {
-            *miss -= mean + pixel[0];
-            squares += *miss * *miss;
-        }
-        squares
+    /// What each pixel misses in `b` when the patch moves by `vector`, the mean taken off; and the sum
+    /// of their squares.
+    fn misses(&self, b: &Plane<f32>, vector: [f32; 2]) -> ([f32; PIXELS], f32) {
+        let mut misses = self.window.look(b, vector);
+        let count = self.window.count();
+        let mean = sum(&misses) / count as f32;
+        let held = misses[..count].iter_mut().zip(&self.values);
+        held.for_each(|(miss, value)| *miss -= mean + value);
+        let squares = dot(&misses, &misses);
+        (misses, squares)
     }
 
     /// The patch's middle pixel.
     pub(super) fn centre(&self) -> (usize, usize) {
-        (self.x + self.width / 2, self.y + self.height / 2)
+        (self.window.x + self.window.width / 2, self.window.y + self.window.height / 2)
     }
 
     /// The vector that moves the patch to where `b` looks like it: the best of `tries`, the first of
     /// equally good ones, improved by at most `descents` steps.
     pub(super) fn search(&self, b: &Plane<f32>, tries: &[[f32; 2]], descents: usize) -> Found {
-        let mut misses = Vec::with_capacity(PATCH * PATCH);
+        let mut misses = [0.0; PIXELS];
         let mut start = (f32::INFINITY, [0.0; 2]);
-        for &vector in tries {
-            let squares = self.misses(b, vector, &mut misses);
+        let mut first = f32::INFINITY;
+        for (i, &vector) in tries.iter().enumerate() {
+            if tries[..i].contains(&vector) {
+                continue;
+            }
+            let (trial, squares) = self.misses(b, vector);
+            if i == 0 {
+                first = squares;
+            }
             if squares < start.0 {
                 start = (squares, vector);
+                misses = trial;
             }
         }
-        let Some([xx, xy, yy]) = self.inverse else {
-            return Found { vector: start.1, squares: start.0 };
-        };
         let mut best = start;
         let mut vector = start.1;
-        self.misses(b, vector, &mut misses);
-        for _ in 0..descents {
-            let (mut gx, mut gy) = (0.0, 0.0);
-            for (miss, pixel) in misses.iter().zip(&self.pixels) {
-                gx += miss * pixel[1];
-                gy += miss * pixel[2];
-            }
+        let steps = if self.inverse.is_some() { descents } else { 0 };
+        let [xx, xy, yy] = self.inverse.unwrap_or_default();
+        for _ in 0..steps {
+            let (gx, gy) = (dot(&misses, &self.slopes[0]), dot(&misses, &self.slopes[1]));
             let step = [xx * gx + xy * gy, xy * gx + yy * gy];
             vector = [vector[0] - step[0], vector[1] - step[1]];
             let away = [vector[0] - start.1[0], vector[1] - start.1[1]];
@@ -105,7 +161,8 @@ impl Patch {
             if away[0].hypot(away[1]) > PATCH as f32 {
                 break;
             }
-            let squares = self.misses(b, vector, &mut misses);
+            let (now, squares) = self.misses(b, vector);
+            misses = now;
             if squares < best.0 {
                 best = (squares, vector);
             }
@@ -113,8 +170,41 @@ impl Patch {
                 break;
             }
         }
-        Found { vector: best.1, squares: best.0 }
+        Found { vector: best.1, squares: best.0, first }
     }
+}
+
+/// Slopes to the right and downwards at the window's pixels.
+fn slopes(a: &Plane<f32>, window: Window) -> [[f32; PIXELS]; 2] {
+    let (right, bottom) = (a.size().width as usize - 1, a.size().height as usize - 1);
+    let row = |y: usize| a.row(y as u32);
+    let mut slopes = [[0.0; PIXELS]; 2];
+    for j in 0..window.height {
+        let y = window.y + j;
+        let (above, here, below) = (row(y.saturating_sub(1)), row(y), row((y + 1).min(bottom)));
+        for i in 0..window.width {
+            let (at, x) = (j * window.width + i, window.x + i);
+            slopes[0][at] = (here[(x + 1).min(right)] - here[x.saturating_sub(1)]) / 2.0;
+            slopes[1][at] = (below[x] - above[x]) / 2.0;
+        }
+    }
+    slopes
+}
+
+/// Sums in as many columns as a vector register may have, so that the order is the same on every machine.
+#[inline]
+pub(super) fn dot(a: &[f32; PIXELS], b: &[f32; PIXELS]) -> f32 {
+    let mut columns = [0.0; PATCH];
+    for y in 0..PATCH {
+        for x in 0..PATCH {
+            columns[x] += a[y * PATCH + x] * b[y * PATCH + x];
+        }
+    }
+    columns.iter().sum()
+}
+
+pub(super) fn sum(values: &[f32; PIXELS]) -> f32 {
+    dot(values, &[1.0; PIXELS])
 }
 
 /// The four pixels about a place, and how far it is from the first to the second and the third.

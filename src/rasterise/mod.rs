@@ -111,15 +111,15 @@ fn mean_opaque(frame: &Frame, triangle: [Point; 3]) -> Fill {
     scan::spans(triangle, 0..frame.size().height, |y, columns| {
         area += columns.len() as u32;
         // A row has at most 16384 pixels: its sums fit 32 bits.
-        let mut row = [0u32; 4];
-        for pixel in &frame.row(y)[columns] {
-            for (sum, &channel) in row.iter_mut().zip(pixel) {
-                *sum += u32::from(channel);
-            }
+        let (mut red, mut green, mut blue) = (0u32, 0u32, 0u32);
+        for &[r, g, b, _] in &frame.row(y)[columns] {
+            red += u32::from(r);
+            green += u32::from(g);
+            blue += u32::from(b);
         }
-        for (sum, row) in sum.iter_mut().zip(row) {
-            *sum += u64::from(row);
-        }
+        sum[0] += u64::from(red);
+        sum[1] += u64::from(green);
+        sum[2] += u64::from(blue);
     });
     if area == 0 {
         return Fill { colour: below_centroid(frame, triangle), area };
@@ -169,7 +169,8 @@ fn fill(mesh: &Mesh, fills: &[Fill], pixels: &mut [Rgba]) {
             for t in triangles {
                 let colour = fills[t as usize].colour;
                 scan::spans(mesh.triangle(t as usize), first..first + BAND, |y, columns| {
-                    pixels[(y - first) as usize * width..][columns].fill(colour);
+                    let row = (y - first) as usize * width;
+                    pixels[row + columns.start..row + columns.end].fill(colour);
                 });
             }
         },

@@ -3,11 +3,10 @@
 
 use rayon::prelude::*;
 
-use super::crossing::Crossing;
 use super::sums::{NARROW, Sums, Total, pack, unpack};
 use crate::frame::{Frame, Rgba};
 use crate::geom::{Point, SUBPIXEL, Size, orient};
-use crate::scan::{self, first_centre};
+use crate::scan::{self, Crossing, first_centre};
 
 /// Running sums along every row of a frame.
 ///
@@ -88,10 +87,12 @@ impl RowSums {
 
     /// The signed share of the edge from `from` to `to`: those of a triangle's three edges, in the
     /// order that has a positive `orient`, add up to the sums over the pixels that it covers.
+    #[inline]
     pub(super) fn edge(&self, from: Point, to: Point) -> Sums {
         if from.y <= to.y { self.falling(from, to) } else { -self.falling(to, from) }
     }
 
+    #[inline]
     fn falling(&self, upper: Point, lower: Point) -> Sums {
         let mut sums = Sums::default();
         self.crossings(upper, lower, |column, index| {
@@ -107,6 +108,7 @@ impl RowSums {
     }
 
     /// Calls `visit` with the first column right of the edge and its entry's index, row by row.
+    #[inline]
     fn crossings(&self, upper: Point, lower: Point, mut visit: impl FnMut(usize, usize)) {
         let (start, end) = (first_centre(upper.y), first_centre(lower.y));
         if start >= end {
@@ -131,6 +133,7 @@ impl RowSums {
     }
 
     /// The sums of the triangle `abc`, with a positive `orient`, whose edges sum to `sums`.
+    #[inline]
     pub(super) fn total(&self, sums: &Sums, a: Point, b: Point, c: Point) -> Total {
         // A convex shape covers at most its area, half its perimeter and one more centre; the half
         // perimeter is at most width and height of the box around it.
@@ -207,6 +210,7 @@ impl RowSums {
     /// The weighted sum over the pixels below `samples` points, evenly spaced between `from` and `to`,
     /// the weights falling from 2 `samples` - 1 to 1: red, green, blue, alpha (0 in opaque frames).
     /// At most 90 samples.
+    #[inline]
     pub(super) fn sample(&self, from: Point, to: Point, samples: i32) -> [f32; 4] {
         // 16.16 fixed point: coordinates of 2^22 fit.
         let step = [(to.x - from.x) * FINER / samples, (to.y - from.y) * FINER / samples];
@@ -214,7 +218,8 @@ impl RowSums {
         let last = [self.size.width as usize - 1, self.size.height as usize - 1];
         let (mut colour, mut alpha) = (0u64, 0u32);
         for i in 0..samples {
-            let [x, y] = [0, 1].map(|k| ((at[k] >> 16) as usize).min(last[k]));
+            let (x, y) =
+                (((at[0] >> 16) as usize).min(last[0]), ((at[1] >> 16) as usize).min(last[1]));
             let (left, right) = (self.line(y) + spread(x), self.line(y) + spread(x + 1));
             let weight = (2 * (samples - i) - 1) as u32;
             let pixel = self.colour[right].wrapping_sub(self.colour[left]);
@@ -226,7 +231,7 @@ impl RowSums {
             at = [at[0] + step[0], at[1] + step[1]];
         }
         let [r, g, b] = unpack(colour);
-        [r, g, b, i64::from(alpha)].map(|v| v as f32)
+        [r as f32, g as f32, b as f32, alpha as f32]
     }
 }
 

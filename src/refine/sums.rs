@@ -35,8 +35,10 @@ pub(super) const fn pack([r, g, b, _]: Rgba) -> u64 {
 }
 
 /// Red, green and blue of a packed sum.
-pub(super) fn unpack(colour: u64) -> [i64; 3] {
-    [0, FIELD, 2 * FIELD].map(|shift| (colour >> shift & ((1 << FIELD) - 1)) as i64)
+#[inline]
+pub(super) const fn unpack(colour: u64) -> [i64; 3] {
+    const MASK: u64 = (1 << FIELD) - 1;
+    [(colour & MASK) as i64, (colour >> FIELD & MASK) as i64, (colour >> (2 * FIELD) & MASK) as i64]
 }
 
 impl Add for Sums {
@@ -78,8 +80,9 @@ pub(super) struct Total {
 
 impl Total {
     /// The sums over `count` pixels: colour, alpha.
-    pub(super) fn new(count: i64, [r, g, b]: [i64; 3], alpha: i64) -> Self {
-        Self { count: count as f64, channels: [r, g, b, alpha].map(|v| v as f64) }
+    #[inline]
+    pub(super) const fn new(count: i64, [r, g, b]: [i64; 3], alpha: i64) -> Self {
+        Self { count: count as f64, channels: [r as f64, g as f64, b as f64, alpha as f64] }
     }
 
     /// Number of pixels.
@@ -89,6 +92,7 @@ impl Total {
 
     /// How much of its pixels' squares the triangle's mean colour accounts for: |sum|^2 / count, in
     /// squared 8-bit steps. What it does not account for is its error.
+    #[inline]
     pub(super) fn explained(&self) -> f64 {
         if self.count <= 0.0 {
             return 0.0;
@@ -98,8 +102,13 @@ impl Total {
     }
 
     /// The mean of the channels; `None` where no pixel's centre is covered.
+    #[inline]
     pub(super) fn mean(&self) -> Option<[f32; 4]> {
+        if self.count <= 0.0 {
+            return None;
+        }
         let scale = 1.0 / self.count;
-        (self.count > 0.0).then(|| self.channels.map(|v| (v * scale) as f32))
+        let [r, g, b, a] = self.channels;
+        Some([(r * scale) as f32, (g * scale) as f32, (b * scale) as f32, (a * scale) as f32])
     }
 }

@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 use std::ffi::{OsStr, OsString};
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::process::{ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus};
 use std::sync::atomic::Ordering;
@@ -16,6 +16,7 @@ use std::time::Duration;
 
 use ffmpeg_sidecar::command::FfmpegCommand;
 
+pub(crate) use crate::source::pipe::Pipe;
 use crate::source::watch::{LONG_PATIENCE, TICK, Watch, kill, lock, running};
 
 /// Lines of standard error that are kept, and their length in bytes.
@@ -37,12 +38,6 @@ pub(crate) struct Child {
     watch: Arc<Watch>,
     words: Arc<(Mutex<Words>, Condvar)>,
     status: Option<ExitStatus>,
-}
-
-/// A pipe to or from a child, watched.
-pub(crate) struct Pipe<P> {
-    pipe: P,
-    watch: Arc<Watch>,
 }
 
 /// The program to run as ffmpeg.
@@ -136,13 +131,13 @@ impl Child {
     /// The child's standard input. There is one only once.
     pub(crate) fn stdin(&mut self) -> Option<Pipe<ChildStdin>> {
         let pipe = self.inner.stdin.take()?;
-        Some(Pipe { pipe, watch: Arc::clone(&self.watch) })
+        Some(Pipe::new(pipe, Arc::clone(&self.watch)))
     }
 
     /// The child's standard output. There is one only once.
     pub(crate) fn stdout(&mut self) -> Option<Pipe<ChildStdout>> {
         let pipe = self.inner.stdout.take()?;
-        Some(Pipe { pipe, watch: Arc::clone(&self.watch) })
+        Some(Pipe::new(pipe, Arc::clone(&self.watch)))
     }
 
     /// Waits for the end of the child, which is killed if it hangs. Pipes must have been taken and
@@ -337,34 +332,6 @@ fn plain(line: &str) -> String {
         rest = after.trim_start();
     }
     if context.is_empty() { rest.into() } else { format!("{context}: {rest}") }
-}
-
-impl<P> Pipe<P> {
-    fn watched(&mut self, act: impl FnOnce(&mut P) -> io::Result<usize>) -> io::Result<usize> {
-        self.watch.waiting.store(true, Ordering::Relaxed);
-        let result = act(&mut self.pipe);
-        self.watch.waiting.store(false, Ordering::Relaxed);
-        if let Ok(count) = result {
-            self.watch.moved.fetch_add(count as u64, Ordering::Relaxed);
-        }
-        result
-    }
-}
-
-impl<P: Read> Read for Pipe<P> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        self.watched(|pipe| pipe.read(buffer))
-    }
-}
-
-impl<P: Write> Write for Pipe<P> {
-    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
-        self.watched(|pipe| pipe.write(buffer))
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.pipe.flush()
-    }
 }
 
 /// A command line in parts of any kind of text.

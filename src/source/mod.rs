@@ -9,6 +9,7 @@ pub mod ffmpeg;
 mod gif;
 mod jpeg;
 pub mod nut;
+mod pipe;
 pub mod probe;
 mod resize;
 mod sequence;

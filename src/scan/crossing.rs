@@ -1,14 +1,14 @@
-//! Where an edge crosses the rows of pixels: the columns that `scan` finds, faster.
+//! Where an edge crosses the rows of pixels.
 
 use crate::geom::{Point, SUBPIXEL};
 
 /// The first column whose centre lies on an edge or right of it, row by row, in 16.48 fixed point.
 ///
-/// The same whole numbers as `scan` finds, with one division an edge: a crossing that is no whole
-/// column lies at least 1 / (256 dy) >= 2^-30 pixel from one, while all rounding here stays below
-/// 2^-33. So [`NUDGE`] between the two tells "on" from "right of" exactly.
+/// Exact, with one division an edge: a crossing that is no whole column lies at least 1 / (256 dy) >=
+/// 2^-30 pixel from one, while all rounding here stays below 2^-33. So [`NUDGE`] between the two tells
+/// "on" from "right of" as whole numbers would.
 #[derive(Debug)]
-pub(super) struct Crossing {
+pub(crate) struct Crossing {
     at: i64,
     step: i64,
 }
@@ -20,7 +20,8 @@ const NUDGE: f64 = 1.0 / 4_294_967_296.0;
 
 impl Crossing {
     /// The edge from `upper` down to `lower` at row `row`, whose centre the edge spans.
-    pub(super) fn new(upper: Point, lower: Point, row: i32) -> Self {
+    #[inline]
+    pub(crate) fn new(upper: Point, lower: Point, row: i32) -> Self {
         let slope = f64::from(lower.x - upper.x) / f64::from(lower.y - upper.y);
         let down = f64::from(row * SUBPIXEL + SUBPIXEL / 2 - upper.y);
         let x = (f64::from(upper.x) + down * slope) / f64::from(SUBPIXEL);
@@ -30,7 +31,8 @@ impl Crossing {
     }
 
     /// The column of this row, then on to the next.
-    pub(super) fn next(&mut self) -> usize {
+    #[inline]
+    pub(crate) fn next(&mut self) -> usize {
         let column = (self.at >> FRACTION) as usize;
         self.at = self.at.wrapping_add(self.step);
         column

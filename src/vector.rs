@@ -1,0 +1,10 @@
+//! Loops compiled for the vector registers that the machine turns out to have.
+
+/// Does `work` with the widest vector instructions of this machine. What is called inside has to be
+/// `#[inline(always)]`, the closure itself too, or it is compiled for the least machine all the same.
+///
+/// Whole numbers come out alike everywhere, and so do floating-point ones: no operations are fused.
+#[inline(always)]
+pub(crate) fn widest<T>(work: impl FnOnce() -> T) -> T {
+    pulp::Arch::new().dispatch(work)
+}
