@@ -56,6 +56,13 @@ const HALF: f64 = 0.4;
 /// A step on a fresh mesh, where everything still moves, for one on a mesh that lives on.
 const FRESH_STEP: f64 = 1.5;
 
+/// How fast steps that do not fit are hoped to fit again: in some hundred frames their expected time
+/// halves, and one is tried.
+const HOPE: f64 = 0.993;
+
+/// The waiting time doubles with each try in vain, so many times at most.
+const MOST_DOUBT: u32 = 4;
+
 /// The steps that the very first frame gets, when nothing is known yet.
 const FIRST_STEPS: u32 = 1;
 
@@ -106,8 +113,18 @@ pub struct Governor {
 /// Sample, triangulate, refine.
 #[derive(Clone, Debug, Default)]
 struct MeshThread {
-    /// Time of a frame whose mesh lives on, by steps.
+    /// Time of a frame whose mesh lives on, by steps; it is learnt from those with steps, since without
+    /// any there is nothing to prepare for them either.
     line: Line,
+    /// The rasteriser's time when it was learnt last. While no steps are done, only the other threads
+    /// know whether the machine has got faster.
+    others: f64,
+    /// What is hoped of steps that were long not tried, 1 and below.
+    hope: f64,
+    /// Steps were tried in hope and did not fit: hope grows by so much more slowly.
+    doubt: u32,
+    /// Frames since steps were taken up again.
+    since: u32,
     /// What a fresh mesh takes beside its steps, in seconds at a pace of 1; 0 before there was one.
     fresh: f64,
     /// `None` before anything is known.
@@ -136,6 +153,12 @@ struct LookThread {
     /// Whether it was not in the last one.
     paused: bool,
     patience: u32,
+}
+
+/// What nearly all frames with `steps` stay below, when they take `ease` times what `line` says. What is
+/// done without any steps is next to nothing.
+fn expected(line: &Line, steps: u32, ease: f64) -> f64 {
+    if steps == 0 { 0.0 } else { line.careful(f64::from(steps)) * ease }
 }
 
 impl Governor {
@@ -220,11 +243,22 @@ impl Governor {
 
     /// Takes note that the mesh's thread took `time` for a frame with so many refinement steps.
     pub fn meshed(&mut self, fresh: bool, steps: u32, time: Duration) {
-        let (mesh, seconds, steps) = (&mut self.mesh, time.as_secs_f64(), f64::from(steps));
+        let paint = self.paint.pace.mean();
+        let (mesh, seconds) = (&mut self.mesh, time.as_secs_f64());
         if !fresh {
-            mesh.line.learn(steps, seconds);
+            if steps > 0 {
+                mesh.line.learn(f64::from(steps), seconds);
+                (mesh.others, mesh.hope) = (paint, 1.0);
+                mesh.since += 1;
+                if mesh.since > SEED_PATIENCE {
+                    mesh.doubt = 0;
+                }
+            } else {
+                mesh.hope *= HOPE.powf(1.0 / f64::from(1u32 << mesh.doubt));
+            }
             return;
         }
+        let steps = f64::from(steps);
         let beside = if mesh.line.is_known() {
             (seconds / mesh.line.pace() - mesh.line.step() * FRESH_STEP * steps).max(0.0)
         } else {
@@ -263,10 +297,19 @@ impl Governor {
         self.paint.pace.learn(time.as_secs_f64() / share);
     }
 
+    /// What steps are expected to take, for what they took when they were done last.
+    fn ease(&self) -> f64 {
+        let (now, then) = (self.paint.pace.mean(), self.mesh.others);
+        let others = if then > 0.0 { (now / then).clamp(0.25, 4.0) } else { 1.0 };
+        if self.mesh.hope < 1.0 { others * self.mesh.hope } else { 1.0 }
+    }
+
     /// Steps for a mesh that lives on.
     fn next_steps(&mut self, asked: u32, most: u32) -> u32 {
+        let ease = self.ease();
         let (mesh, budget) = (&mut self.mesh, self.budget);
-        let expected = |steps: u32| mesh.line.careful(f64::from(steps));
+        let line = mesh.line;
+        let expected = |steps: u32| expected(&line, steps, ease);
         let first = FIRST_STEPS.min(asked);
         let before = mesh.steps.unwrap_or(first).min(most);
         let mut steps = before;
@@ -282,6 +325,10 @@ impl Governor {
                 (steps, mesh.patience) = (fitting, 0);
             }
         }
+        if before > 0 && steps == 0 && mesh.since <= PATIENCE {
+            mesh.doubt = (mesh.doubt + 1).min(MOST_DOUBT);
+        }
+        mesh.since = if steps == 0 { 0 } else { mesh.since };
         let told = expected(before);
         let known = mesh.steps.replace(steps).is_some();
         if known && steps != before {
@@ -308,13 +355,13 @@ impl Governor {
         if !mesh.line.is_known() {
             return;
         }
-        let one = f64::from(asked.min(1));
         let paint = self.paint.pace.careful() * ROWS[self.paint.rung].1;
-        let mesh_starves = mesh.steps == Some(0) && mesh.line.careful(one) > LOW * budget;
+        let expected = expected(&mesh.line, asked.min(1), self.ease());
+        let mesh_starves = mesh.steps == Some(0) && asked > 0 && expected > LOW * budget;
         let starves = mesh_starves || paint > HIGH * budget;
         self.starved = if starves { self.starved + 1 } else { 0 };
         let before = self.seeds;
-        let expected = mesh.line.careful(one).max(paint);
+        let expected = expected.max(paint);
         // All work is taken to grow with the seeds, which is more than it does.
         let growth = f64::from(SEEDS[before.saturating_sub(1)]) / f64::from(SEEDS[before]);
         let fits = expected * growth <= LOW * budget;
@@ -327,6 +374,7 @@ impl Governor {
             return;
         }
         (self.starved, self.rich) = (0, 0);
+        self.mesh.line.scale(f64::from(SEEDS[self.seeds]) / f64::from(SEEDS[before]));
         self.news.push(change("seeds", SEEDS[before], SEEDS[self.seeds], expected, budget));
     }
 }

@@ -111,6 +111,17 @@ impl Line {
         (self.setup, self.step) = (setup.max(1e-9), step.max(1e-9));
     }
 
+    /// The work of a step has become `by` times what it was. The setup has more to do with pixels.
+    pub(super) fn scale(&mut self, by: f64) {
+        let squares = self.sums[2];
+        let [n, sum, _, time, product] = &mut self.sums;
+        // As if all steps had been so from the beginning, and half of the setup.
+        let (setup, step) = (self.setup * (1.0 + by) / 2.0, self.step * by);
+        *time = setup * *n + step * *sum;
+        *product = setup * *sum + step * squares;
+        (self.setup, self.step) = (setup, step);
+    }
+
     pub(super) fn is_known(&self) -> bool {
         self.step > 0.0
     }

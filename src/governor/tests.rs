@@ -32,6 +32,7 @@ struct Trial {
     governor: Governor,
     machine: Machine,
     most: u32,
+    seeds: u32,
     frame: u32,
     changes: Vec<(u32, Change)>,
 }
@@ -39,7 +40,7 @@ struct Trial {
 impl Trial {
     fn new(budget_ms: f64, machine: Machine) -> Self {
         let governor = Governor::new(Duration::from_secs_f64(budget_ms / 1e3));
-        Self { governor, machine, most: MOST_STEPS, frame: 0, changes: Vec::new() }
+        Self { governor, machine, most: MOST_STEPS, seeds: 100, frame: 0, changes: Vec::new() }
     }
 
     fn run(&mut self, frames: u32, load: impl Fn(u32) -> f64) -> Vec<Seen> {
@@ -66,9 +67,14 @@ impl Trial {
         governor.looked(look, fresh, looked);
         let (seeds, steps) = governor.mesh(if fresh { 6 } else { 2 }, self.most, fresh);
         let share = f64::from(seeds) / 100.0;
-        let begun = if fresh { 3.0 * machine.setup } else { machine.setup };
+        let begun = match (fresh || seeds != self.seeds, steps) {
+            (true, _) => 3.0 * machine.setup,
+            (false, 0) => 0.05 * machine.setup,
+            (false, _) => machine.setup,
+        };
         let meshed = time(begun * (0.5 + 0.5 * share) + machine.step * share * f64::from(steps), 1);
-        governor.meshed(fresh, steps, meshed);
+        governor.meshed(fresh || seeds != self.seeds, steps, meshed);
+        self.seeds = seeds;
         let rows = governor.rows();
         let sparse = [1.0, 1.0, 0.8, 0.75, 0.7][rows as usize];
         let painted = time(machine.paint * sparse * (0.4 + 0.6 * share), 2);
@@ -85,7 +91,10 @@ fn constant_load_settles() {
         let mut trial = Trial::new(budget, MACHINE);
         let seen = trial.run(900, |_| load);
         let last = seen[899];
-        assert!(seen[600..].iter().all(|s| *s == last), "{budget} ms: {:?}", trial.changes);
+        // But for one try whether a step fits by now, where none did.
+        let others = seen[600..].iter().filter(|s| **s != last).count();
+        let most = if last.steps == 0 { 1 } else { 0 };
+        assert!(others <= most, "{budget} ms: {:?}", trial.changes);
     }
 }
 

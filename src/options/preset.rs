@@ -2,7 +2,7 @@
 
 use toml::Table;
 
-use super::{Colour, Method, Options, Points, Quality};
+use super::{Colour, Options, Points, Quality};
 use crate::error::{Error, Result};
 
 /// Options that go well together.
@@ -16,7 +16,7 @@ pub struct Preset {
 }
 
 /// All named presets, in the order in which they are listed.
-pub const PRESETS: [Preset; 7] = [
+pub const PRESETS: [Preset; 6] = [
     Preset {
         name: "paper",
         about: "the paper to the letter: no smoothing, no refinement, each frame alone",
@@ -31,15 +31,10 @@ pub const PRESETS: [Preset; 7] = [
     },
     Preset {
         name: "stained-glass",
-        about: "large glowing panes in dark leading",
+        about: "glowing panes, dark leading where colours meet",
         make: stained_glass,
     },
-    Preset { name: "crystal", about: "even facets with fine bright seams", make: crystal },
-    Preset {
-        name: "wireframe",
-        about: "the mesh itself: light lines on darkened colours",
-        make: wireframe,
-    },
+    Preset { name: "crystal", about: "cut facets with fine bright seams", make: crystal },
 ];
 
 fn bold() -> Options {
@@ -57,42 +52,36 @@ fn fine() -> Options {
 
 fn sketch() -> Options {
     Options {
-        points: Points::Share(0.008),
+        points: Points::Share(0.006),
         quality: Quality::Best,
-        outline: Some(Colour([58, 54, 60, 255])),
-        outline_contrast: 14,
-        saturation: 0.8,
-        wash: 0.72,
+        outline: Some(Colour([46, 42, 51, 255])),
+        outline_contrast: 26,
+        saturation: 0.9,
+        wash: 0.62,
         ..Options::default()
     }
 }
 
 fn stained_glass() -> Options {
     Options {
-        points: Points::Share(0.0015),
+        points: Points::Share(0.001),
         quality: Quality::Best,
         outline: Some(Colour([18, 14, 16, 255])),
         outline_width: 4,
-        saturation: 1.8,
+        outline_contrast: 22,
+        saturation: 1.7,
         ..Options::default()
     }
 }
 
 fn crystal() -> Options {
     Options {
-        method: Method::Hslp,
-        points: Points::Share(0.004),
-        regularity: 0.85,
-        outline: Some(Colour([255, 255, 255, 255])),
-        saturation: 1.15,
-        ..Options::default()
-    }
-}
-
-fn wireframe() -> Options {
-    Options {
-        points: Points::Share(0.006),
-        outline: Some(Colour([235, 240, 245, 255])),
+        points: Points::Share(0.002),
+        quality: Quality::Best,
+        regularity: 0.8,
+        outline: Some(Colour([255; 4])),
+        outline_contrast: 6,
+        saturation: 1.2,
         ..Options::default()
     }
 }
