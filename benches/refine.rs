@@ -1,31 +1,19 @@
 //! Refinement of a 1 megapixel frame with 8,400 seeds: one step from nothing, one step of a video, and
 //! to convergence.
 
+mod disks;
+
 use std::hint::black_box;
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
+use disks::disks;
 use polyreel::chance::{Purpose, rank};
-use polyreel::frame::Frame;
 use polyreel::geom::{Point, Size};
 use polyreel::mesh::Mesh;
 use polyreel::refine::{RefineOptions, Refiner, refine};
 use polyreel::triangulate::triangulate;
 
 const SIZE: Size = Size::new(1024, 1024);
-
-/// Disks of colour on a gradient, with a little noise, `shift` pixels further to the left.
-fn picture(shift: u32) -> Frame {
-    let pixel = |i: u32| {
-        let (x, y) = (i % SIZE.width + shift, i / SIZE.width);
-        let (u, v) = (x % 128, y % 128);
-        let disk = u.abs_diff(64).pow(2) + v.abs_diff(64).pow(2) < 45 * 45;
-        let noise = (rank(1, Purpose::Noise, x, y) % 9) as u32;
-        let tone = if disk { (x / 128 * 47 + y / 128 * 91) % 200 } else { (x + y) / 16 };
-        [tone + noise, tone / 2 + 60, 200 - tone / 2 + noise, 255].map(|c| c.min(255) as u8)
-    };
-    let pixels = (0..SIZE.pixels() as u32).map(pixel).collect();
-    Frame::new(SIZE, pixels).expect("as many as pixels")
-}
 
 /// Seeds on a jittered grid.
 fn mesh() -> Mesh {
@@ -42,7 +30,7 @@ fn mesh() -> Mesh {
 fn bench(c: &mut Criterion) {
     let mut group = c.benchmark_group("refine 1 MP");
     group.sample_size(10);
-    let (frames, start) = ([picture(0), picture(1)], mesh());
+    let (frames, start) = ([disks(SIZE, 128, 0), disks(SIZE, 128, 1)], mesh());
     let one = RefineOptions { steps: 1, replace: 0.0, ..RefineOptions::normal() };
     let mut refiner = Refiner::default();
     group.bench_function("first step, in vain", |b| {

@@ -166,7 +166,9 @@ impl Options {
         match self.points {
             Points::Count(0) => return Err(out_of_range("points", 0, "at least 1")),
             Points::Auto if self.error.is_none() => {
-                return Err(Error::usage("points can only be auto beside an error to reach"));
+                return Err(Error::usage(
+                    "points can only be auto beside an error to reach, such as psnr:30 or ssim:0.8",
+                ));
             }
             Points::Auto if self.hex_density.is_some() => {
                 return Err(Error::usage("points cannot be auto where hex-density is given"));

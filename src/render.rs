@@ -155,7 +155,7 @@ impl Mesher {
 
     /// Steps of refinement that the options ask for, of a fresh mesh or of one that lives on.
     pub fn asked(&self, fresh: bool) -> u32 {
-        RefineOptions::plan(&self.options, &Detail::FULL, fresh).steps
+        RefineOptions::plan(&self.options, fresh).steps
     }
 
     /// Level three: refines `mesh`, anew when it is `fresh`, else as the mesh of the frame before, at
@@ -170,12 +170,38 @@ impl Mesher {
         fresh: bool,
         detail: &Detail,
     ) -> Result<Refined> {
-        let plan = RefineOptions::plan(&self.options, detail, fresh);
+        let plan = RefineOptions::plan(&self.options, fresh).at(detail);
         Ok(match self.options.error {
-            Some(target) if fresh => reach(target, &mut self.refiner, mesh, frame, &plan)?,
+            Some(target) if fresh => {
+                reach(target, &mut self.refiner, mesh, frame, &plan, &mut |_| ())?
+            }
             _ if fresh => self.refiner.refine(mesh, frame, &plan),
             _ => self.refiner.resume(mesh, frame, &plan),
         })
+    }
+
+    /// As [`Mesher::refine`] does with a fresh `mesh`, and shows `seen` its squared error, as in
+    /// [`Refined::error_before`], before every step; where no step is asked for, once.
+    ///
+    /// # Errors
+    /// When [`Options::error`] cannot be measured on a frame of this size.
+    pub fn refine_seen(
+        &mut self,
+        mesh: &mut Mesh,
+        frame: &Frame,
+        seen: &mut (dyn FnMut(f64) + Send),
+    ) -> Result<Refined> {
+        let plan = RefineOptions::plan(&self.options, true);
+        if let Some(target) = self.options.error {
+            return reach(target, &mut self.refiner, mesh, frame, &plan, seen);
+        }
+        // A refiner that is asked for no step does not look at the error.
+        let looking = RefineOptions { steps: plan.steps.max(1), ..plan };
+        let mut watch = |_: &Mesh, error: f64| {
+            seen(error);
+            plan.steps > 0
+        };
+        Ok(self.refiner.refine_while(mesh, frame, &looking, &mut watch))
     }
 
     /// Takes up the mesh for the next frame: see [`Sampler::remember`].

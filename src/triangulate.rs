@@ -47,10 +47,24 @@ pub fn triangulate(size: Size, seeds: &[Point]) -> Result<Mesh> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::geom::{SUBPIXEL, in_circle};
     use proptest::prelude::*;
+
+    /// The mesh of seeds at `places`, shares of width and height 0..=1, on a grid of `snap` / 256 pixel.
+    pub(crate) fn mesh_of(size: Size, places: &[(f64, f64)], snap: i32) -> Mesh {
+        let far = size.far();
+        let on_grid = |share: f64, far: i32| (share * f64::from(far)) as i32 / snap * snap;
+        let mut seeds: Vec<_> = places
+            .iter()
+            .map(|&(x, y)| Point::new(on_grid(x, far.x), on_grid(y, far.y)))
+            .filter(|p| !Mesh::corners(size).contains(p))
+            .collect();
+        seeds.sort_unstable();
+        seeds.dedup();
+        triangulate(size, &seeds).expect("distinct seeds")
+    }
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
@@ -62,16 +76,7 @@ mod tests {
             snap in prop_oneof![Just(1), Just(SUBPIXEL / 2), Just(SUBPIXEL)],
         ) {
             let size = Size::new(width, height);
-            let far = size.far();
-            let on_grid = |share: f64, far: i32| (share * f64::from(far)) as i32 / snap * snap;
-            let mut seeds: Vec<_> = places
-                .iter()
-                .map(|&(x, y)| Point::new(on_grid(x, far.x), on_grid(y, far.y)))
-                .filter(|p| !Mesh::corners(size).contains(p))
-                .collect();
-            seeds.sort_unstable();
-            seeds.dedup();
-            let mesh = triangulate(size, &seeds).expect("distinct seeds");
+            let mesh = mesh_of(size, &places, snap);
             prop_assert_eq!(mesh.check(), Ok(()));
             for t in 0..mesh.triangles.len() {
                 let [a, b, c] = mesh.triangle(t);

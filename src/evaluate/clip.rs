@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::{Plan, over_white};
+use super::{Plan, Variant, over_white};
 use crate::error::Result;
 use crate::frame::Frame;
 use crate::geom::Size;
@@ -48,13 +48,22 @@ pub struct ClipScores {
     pub frames: u64,
     /// E_warp of the source itself: what is left to its own motion and noise.
     pub source_warp_error: Option<f64>,
-    /// One entry a method, in the plan's order.
+    /// One entry a method, in the plan's order, without refinement.
     pub methods: Vec<ClipMethodScores>,
+    /// The same with refinement; empty where the plan has none.
+    pub refined: Vec<ClipMethodScores>,
+}
+
+impl ClipScores {
+    /// One entry a method, without or with refinement.
+    pub fn of(&self, refined: bool) -> &[ClipMethodScores] {
+        if refined { &self.refined } else { &self.methods }
+    }
 }
 
 /// A method on its way through a clip.
 struct Run {
-    method: Method,
+    variant: Variant,
     renderer: Renderer,
     time: Duration,
     ssim: Option<f64>,
@@ -66,10 +75,10 @@ struct Run {
 }
 
 impl Run {
-    fn new(method: Method, plan: &Plan) -> Result<Self> {
+    fn new(variant: Variant, plan: &Plan) -> Result<Self> {
         Ok(Self {
-            method,
-            renderer: Renderer::new(&plan.options_for(method))?,
+            variant,
+            renderer: Renderer::new(&plan.options_for(variant))?,
             time: Duration::ZERO,
             ssim: Some(0.0),
             mse: 0.0,
@@ -99,7 +108,7 @@ impl Run {
     fn scores(&self, frames: u64) -> ClipMethodScores {
         let n = frames.max(1) as f64;
         ClipMethodScores {
-            method: self.method,
+            method: self.variant.method,
             fps: frames as f64 / self.time.as_secs_f64().max(1e-9),
             ssim: self.ssim.map(|sum| sum / n),
             mse: self.mse / n,
@@ -120,10 +129,10 @@ pub fn evaluate_clip(
     path: PathBuf,
     frames: &mut dyn Source,
     plan: &Plan,
-    seen: &mut dyn FnMut(Option<Method>, &Frame),
+    seen: &mut dyn FnMut(Option<Variant>, &Frame),
     done: &mut dyn FnMut(),
 ) -> Result<ClipScores> {
-    let runs = plan.methods.iter().map(|&method| Run::new(method, plan));
+    let runs = plan.variants().map(|variant| Run::new(variant, plan));
     let mut runs = runs.collect::<Result<Vec<_>>>()?;
     let mut own = WarpError::new();
     let (mut size, mut count) = (Size::new(0, 0), 0);
@@ -137,17 +146,22 @@ pub fn evaluate_clip(
         for run in &mut runs {
             let painted = run.push(&decoded.frame, &source)?;
             if count == 0 {
-                seen(Some(run.method), &painted);
+                seen(Some(run.variant), &painted);
             }
         }
         count += 1;
         done();
     }
+    let scores = |refined: bool| {
+        let runs = runs.iter().filter(|run| run.variant.refined == refined);
+        runs.map(|run| run.scores(count)).collect()
+    };
     Ok(ClipScores {
         path,
         size,
         frames: count,
         source_warp_error: own.value(),
-        methods: runs.iter().map(|run| run.scores(count)).collect(),
+        methods: scores(false),
+        refined: scores(true),
     })
 }

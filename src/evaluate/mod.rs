@@ -1,6 +1,6 @@
 //! The paper's tables on any pictures: every method at the same number of seeds.
 //!
-//! Sizes, rates, errors and times of stills ([`still`]) and of clips ([`clip`]); Tables 2, 3 and 4, the
+//! Unrefined, as in the paper, and refined beside it. Sizes, rates, errors and times of stills ([`still`]) and of clips ([`clip`]); Tables 2, 3 and 4, the
 //! robustness figure and the clips' as plain [`Table`]s ([`tables`]).
 
 pub mod clip;
@@ -15,16 +15,34 @@ pub mod thumbnail;
 use std::path::PathBuf;
 
 pub use crate::metric::over_white;
-use crate::options::{Method, Options};
+use crate::options::{Method, Options, Quality};
+use crate::refine::RefineOptions;
 use clip::ClipScores;
 use still::StillScores;
 pub use table::Table;
+
+/// A method, without or with refinement after it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Variant {
+    /// Levels one and two.
+    pub method: Method,
+    /// Whether level three follows.
+    pub refined: bool,
+}
+
+impl std::fmt::Display for Variant {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.method.name())?;
+        f.write_str(if self.refined { ", refined" } else { "" })
+    }
+}
 
 /// What is evaluated.
 #[derive(Clone, Debug, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct Plan {
-    /// How every method renders; its own `method` is not looked at.
+    /// How every method renders; its own `method` is not looked at. Every method renders without
+    /// refinement, as in the paper, and where these options ask for any, with it as well.
     pub options: Options,
     /// The methods, in the order of the tables.
     pub methods: Vec<Method>,
@@ -33,9 +51,26 @@ pub struct Plan {
 }
 
 impl Plan {
-    fn options_for(&self, method: Method) -> Options {
+    /// Whether there is a refinement to look at.
+    pub fn refines(&self) -> bool {
+        RefineOptions::plan(&self.options, true).steps > 0
+    }
+
+    /// What renders: all methods as they are, then, where there is one, with refinement.
+    fn variants(&self) -> impl Iterator<Item = Variant> {
+        let refined = if self.refines() { &[false, true][..] } else { &[false] };
+        let all =
+            move |&refined| self.methods.iter().map(move |&method| Variant { method, refined });
+        refined.iter().flat_map(all)
+    }
+
+    fn options_for(&self, Variant { method, refined }: Variant) -> Options {
         // An outline is drawn over the picture and would be counted as error.
-        Options { method, outline: None, ..self.options.clone() }
+        let options = Options { method, outline: None, ..self.options.clone() };
+        if refined {
+            return options;
+        }
+        Options { quality: Quality::Draft, refine: None, error: None, ..options }
     }
 }
 

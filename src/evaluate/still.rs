@@ -5,13 +5,13 @@ use std::time::Instant;
 
 use super::disturb::Disturbance;
 use super::packed::pack;
-use super::{Plan, over_white};
+use super::{Plan, Variant, over_white};
 use crate::error::Result;
 use crate::frame::Frame;
 use crate::geom::Size;
 use crate::metric::mse::{mse, psnr};
 use crate::metric::ssim::{ssim, ssim_gaussian};
-use crate::options::Method;
+use crate::options::{Method, Options};
 use crate::render::{Rendered, Renderer};
 
 /// How like a rendering is to its source.
@@ -64,9 +64,12 @@ pub struct MethodScores {
     pub reduction: Option<f64>,
     /// Likeness to the source.
     pub likeness: Likeness,
+    /// Steps of refinement that were done.
+    pub refine_steps: u32,
     /// Milliseconds from pixels to pixels: no decoding, no encoding.
     pub ms: f64,
-    /// Likeness of the renderings of disturbed pictures to the undisturbed source.
+    /// Likeness of the renderings of disturbed pictures to the undisturbed source; without refinement
+    /// alone.
     pub robustness: Vec<(Disturbance, Likeness)>,
 }
 
@@ -79,8 +82,17 @@ pub struct StillScores {
     pub size: Size,
     /// Bytes of the file.
     pub file_bytes: Option<u64>,
-    /// One entry a method, in the plan's order.
+    /// One entry a method, in the plan's order, without refinement.
     pub methods: Vec<MethodScores>,
+    /// The same with refinement; empty where the plan has none.
+    pub refined: Vec<MethodScores>,
+}
+
+impl StillScores {
+    /// One entry a method, without or with refinement.
+    pub fn of(&self, refined: bool) -> &[MethodScores] {
+        if refined { &self.refined } else { &self.methods }
+    }
 }
 
 /// Evaluates `frame` of the file `path`; `file_bytes` where the frame is all of the file. `seen` is
@@ -93,7 +105,7 @@ pub fn evaluate_still(
     frame: &Frame,
     file_bytes: Option<u64>,
     plan: &Plan,
-    seen: &mut dyn FnMut(Method, &Frame),
+    seen: &mut dyn FnMut(Variant, &Frame),
 ) -> Result<StillScores> {
     let source = over_white(frame);
     let disturbed: Vec<(Disturbance, Frame)> = if plan.robustness {
@@ -102,42 +114,37 @@ pub fn evaluate_still(
     } else {
         Vec::new()
     };
-    let mut methods = Vec::with_capacity(plan.methods.len());
-    for &method in &plan.methods {
-        let options = plan.options_for(method);
+    let (mut methods, mut refined) = (Vec::new(), Vec::new());
+    for variant in plan.variants() {
+        // Nothing comes after a still: so many steps of refinement mean just so many.
+        let options = Options { coherence: 0.0, ..plan.options_for(variant) };
         let render = |frame: &Frame| Renderer::new(&options)?.render(frame);
         let began = Instant::now();
         let rendered = render(frame)?;
         let ms = began.elapsed().as_secs_f64() * 1e3;
         let painted = over_white(&rendered.painting.frame);
-        seen(method, &painted);
+        seen(variant, &painted);
         let likeness = Likeness::of(&source, &painted)?;
+        let disturbed = if variant.refined { &[] } else { &disturbed[..] };
         let tried = disturbed.iter().map(|(disturbance, frame)| {
             Ok((*disturbance, Likeness::of(&source, &render(frame)?.painting.frame)?))
         });
         let robustness = tried.collect::<Result<_>>()?;
-        methods.push(scores(
-            method,
-            frame.size(),
-            file_bytes,
-            &rendered,
-            likeness,
-            ms,
-            robustness,
-        )?);
+        let scores = scores(variant.method, file_bytes, &rendered, likeness, ms)?;
+        let list = if variant.refined { &mut refined } else { &mut methods };
+        list.push(MethodScores { robustness, ..scores });
     }
-    Ok(StillScores { path, size: frame.size(), file_bytes, methods })
+    Ok(StillScores { path, size: frame.size(), file_bytes, methods, refined })
 }
 
 fn scores(
     method: Method,
-    size: Size,
     file_bytes: Option<u64>,
     rendered: &Rendered,
     likeness: Likeness,
     ms: f64,
-    robustness: Vec<(Disturbance, Likeness)>,
 ) -> Result<MethodScores> {
+    let size = rendered.mesh.size;
     let rate = |points: usize| 100.0 - 100.0 * points as f64 / size.pixels() as f64;
     let seeds = rendered.mesh.seeds().len();
     let mesh_bytes = pack(&rendered.mesh, &rendered.painting.fills)?.len();
@@ -152,7 +159,8 @@ fn scores(
         mesh_bytes,
         reduction: file_bytes.map(reduction),
         likeness,
+        refine_steps: rendered.refine_steps,
         ms,
-        robustness,
+        robustness: Vec::new(),
     })
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::disturb::Disturbance;
 use super::still::{MethodScores, StillScores};
-use super::{Evaluation, Table};
+use super::{Evaluation, Table, Variant};
 use crate::options::Method;
 
 /// A dash where there is no figure.
@@ -19,6 +19,9 @@ pub fn tables(evaluation: &Evaluation) -> Vec<Table> {
             tables.push(robustness(evaluation));
         }
         tables.push(means(evaluation));
+        if evaluation.plan.refines() {
+            tables.extend([refinement(evaluation), mean_refinement(evaluation)]);
+        }
     }
     if !evaluation.clips.is_empty() {
         tables.push(clips(evaluation));
@@ -155,17 +158,8 @@ fn sizes(evaluation: &Evaluation) -> Table {
 }
 
 fn likeness(evaluation: &Evaluation) -> Table {
-    let line = |s: &MethodScores| {
-        let l = s.likeness;
-        vec![
-            figure(l.ssim, 4),
-            figure(l.ssim_gaussian, 4),
-            figure(Some(l.mse), 1),
-            figure(l.psnr, 2),
-            figure(Some(s.ms), 1),
-        ]
-    };
-    let rows = per_still(evaluation, |_, s| line(s), |method| mean_likeness(evaluation, method));
+    let mean_row = |method| mean_likeness(|| of_method(evaluation, method));
+    let rows = per_still(evaluation, |_, s| mean_likeness(|| std::iter::once(s)), mean_row);
     Table {
         title: "Table 4: likeness and time".into(),
         note: LIKENESS_NOTE.into(),
@@ -178,10 +172,13 @@ const LIKENESS_NOTE: &str = "SSIM of the luma rounded to 8 bits, by a uniform wi
     Gaussian one of 11x11; MSE and PSNR over RGB; transparency is laid over white. Time is from pixels \
     to pixels, without reading and writing.";
 
-fn mean_likeness(evaluation: &Evaluation, method: Method) -> Vec<String> {
-    let average = |value: fn(&MethodScores) -> Option<f64>, digits| {
-        figure(mean(of_method(evaluation, method).map(value)), digits)
-    };
+/// Cells with the means of `scores`; of one they are its own figures.
+fn mean_likeness<'a, I>(scores: impl Fn() -> I) -> Vec<String>
+where
+    I: Iterator<Item = &'a MethodScores>,
+{
+    let average =
+        |value: fn(&MethodScores) -> Option<f64>, digits| figure(mean(scores().map(value)), digits);
     vec![
         average(|s| s.likeness.ssim, 4),
         average(|s| s.likeness.ssim_gaussian, 4),
@@ -191,17 +188,89 @@ fn mean_likeness(evaluation: &Evaluation, method: Method) -> Vec<String> {
     ]
 }
 
+fn pictures(evaluation: &Evaluation) -> String {
+    match evaluation.stills.len() {
+        1 => "1 picture".to_owned(),
+        n => format!("{n} pictures"),
+    }
+}
+
 fn means(evaluation: &Evaluation) -> Table {
     let row = |&method: &Method| {
         let mut line = vec![method.name().to_owned()];
-        line.extend(mean_likeness(evaluation, method));
+        line.extend(mean_likeness(|| of_method(evaluation, method)));
         line
     };
     Table {
         title: "Table 4, means: methods over all pictures".into(),
-        note: format!("{} pictures. {LIKENESS_NOTE}", evaluation.stills.len()),
+        note: format!("{}. {LIKENESS_NOTE}", pictures(evaluation)),
         head: cells(["method", "SSIM", "SSIM gauss", "MSE", "PSNR dB", "ms"]),
         rows: evaluation.plan.methods.iter().map(row).collect(),
+    }
+}
+
+/// The same method's scores on one still, without and with refinement.
+type Pair<'a> = (&'a MethodScores, &'a MethodScores);
+
+fn pairs(still: &StillScores) -> impl Iterator<Item = Pair<'_>> {
+    still.methods.iter().zip(&still.refined)
+}
+
+const REFINEMENT: [&str; 9] =
+    ["method", "steps", "SSIM", "SSIM gauss", "MSE", "PSNR dB", "ms", "MSE x", "1 - SSIM x"];
+
+const REFINEMENT_NOTE: &str = "Every method as in Table 4, and its mesh refined. The last columns are \
+    what refinement leaves of MSE and of the distance 1 - SSIM: below 1 is better.";
+
+/// Two rows with the means of `pairs`: without refinement, and with it.
+fn refinement_rows<'a, I>(method: Method, pairs: impl Fn() -> I) -> [Vec<String>; 2]
+where
+    I: Iterator<Item = Pair<'a>>,
+{
+    let name = |refined| Variant { method, refined }.to_string();
+    let mut plain = vec![name(false), "0".to_owned()];
+    plain.extend(mean_likeness(|| pairs().map(|(plain, _)| plain)));
+    plain.extend(cells([NONE, NONE]));
+    let steps = mean(pairs().map(|(_, s)| Some(f64::from(s.refine_steps)))).unwrap_or_default();
+    let mut refined = vec![name(true), format!("{}", (steps * 10.0).round() / 10.0)];
+    refined.extend(mean_likeness(|| pairs().map(|(_, refined)| refined)));
+    let share = |before: f64, after: f64| (before > 0.0).then(|| after / before);
+    let left = |value: fn(&MethodScores) -> Option<f64>| {
+        let left = pairs().map(|(before, after)| share(value(before)?, value(after)?));
+        figure(mean(left), 3)
+    };
+    refined.push(left(|s| Some(s.likeness.mse)));
+    refined.push(left(|s| s.likeness.ssim.map(|ssim| 1.0 - ssim)));
+    [plain, refined]
+}
+
+fn refinement(evaluation: &Evaluation) -> Table {
+    let mut rows = Vec::new();
+    for still in &evaluation.stills {
+        for pair in pairs(still) {
+            for cells in refinement_rows(pair.0.method, || std::iter::once(pair)) {
+                rows.push([vec![short_name(&still.path)], cells].concat());
+            }
+        }
+    }
+    Table {
+        title: "Refinement: likeness and time without and with level three".into(),
+        note: REFINEMENT_NOTE.into(),
+        head: [cells(["picture"]), cells(REFINEMENT)].concat(),
+        rows,
+    }
+}
+
+fn mean_refinement(evaluation: &Evaluation) -> Table {
+    let rows = |&method: &Method| {
+        let all = || evaluation.stills.iter().flat_map(pairs);
+        refinement_rows(method, || all().filter(move |(plain, _)| plain.method == method))
+    };
+    Table {
+        title: "Refinement, means: methods over all pictures".into(),
+        note: format!("{}. {REFINEMENT_NOTE}", pictures(evaluation)),
+        head: cells(REFINEMENT),
+        rows: evaluation.plan.methods.iter().flat_map(rows).collect(),
     }
 }
 
@@ -243,10 +312,11 @@ fn clips(evaluation: &Evaluation) -> Table {
         own.push(figure(clip.source_warp_error, 6));
         own.extend(cells([NONE, NONE]));
         rows.push(own);
-        for s in &clip.methods {
+        let plain = clip.methods.iter().map(|s| (s, false));
+        for (s, refined) in plain.chain(clip.refined.iter().map(|s| (s, true))) {
             rows.push(vec![
                 short_name(&clip.path),
-                s.method.name().to_owned(),
+                Variant { method: s.method, refined }.to_string(),
                 clip.size.to_string(),
                 clip.frames.to_string(),
                 format!("{:.1}", s.fps),

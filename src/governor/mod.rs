@@ -40,6 +40,11 @@ const SEED_PATIENCE: u32 = 48;
 /// Frames for which not one step must have fitted before seeds are given up.
 const STARVED: u32 = 12;
 
+/// Frames in which steps that were taken up again may settle, and how far above the budget they may
+/// be meanwhile.
+const SETTLING: u32 = 4;
+const FAR_ABOVE: f64 = 1.5;
+
 /// The most refinement steps of a frame whose mesh lives on, where the user names no number: in a few
 /// frames as many as a still gets, and twelve a frame gain nothing that can be seen.
 pub const MOST_STEPS: u32 = 12;
@@ -313,7 +318,11 @@ impl Governor {
         let first = FIRST_STEPS.min(asked);
         let before = mesh.steps.unwrap_or(first).min(most);
         let mut steps = before;
-        if expected(before) > HIGH * budget {
+        // The first frames with steps are slower than those after them: while the mesh was quick its
+        // neighbours worked ahead, and now they use the cores that it will have when they wait for it.
+        let settling = before == 1 && mesh.since < SETTLING;
+        let high = if settling { FAR_ABOVE } else { HIGH };
+        if expected(before) > high * budget {
             steps = (0..before).rev().find(|&n| expected(n) <= LOW * budget).unwrap_or(0);
             mesh.patience = 0;
         } else if before < most && mesh.line.is_known() {

@@ -47,8 +47,8 @@ pub(super) fn flip(
         if let Some((sums, front, back)) = turned(surface, h, field) {
             turn(surface, h, sums);
             let g = surface.twin[next(h) as usize];
-            surface.changed(h / 3, front);
-            surface.changed(g / 3, back);
+            surface.changed(field.rows, h / 3, front);
+            surface.changed(field.rows, g / 3, back);
             flips += 1;
         }
     }

@@ -12,15 +12,20 @@ const SPACING: f32 = 2.0;
 const MOST: i32 = 8;
 
 /// The gradient of the squared error with respect to the place of the vertex at `centre`, whose
-/// surroundings are `ring` with its present spokes: squared 8-bit steps for each pixel of way.
+/// surroundings are `ring`: squared 8-bit steps for each pixel of way. `mean` is the mean colour of each
+/// triangle of the ring, where it has any pixels.
 ///
 /// Moving an edge by d along its normal hands its pixels from the triangle in front to the one behind,
 /// so the gradient is the integral along every spoke of (|I - behind|^2 - |I - front|^2) (1 - u) times
 /// the normal, u from 0 at the vertex to 1 at the far end. That the means change too is of second
 /// order: a mean is where the error is least.
-pub(super) fn gradient(rows: &RowSums, centre: Point, ring: &Ring) -> (f64, f64) {
+pub(super) fn gradient(
+    rows: &RowSums,
+    centre: Point,
+    ring: &Ring,
+    mean: impl Fn(usize) -> Option<[f32; 4]>,
+) -> (f64, f64) {
     let (mut gx, mut gy) = (0.0f32, 0.0f32);
-    let mean = |i: usize| ring.total(rows, i, centre).mean();
     let mut behind = if ring.closed { mean(ring.len() - 1) } else { None };
     for i in 0..ring.len() {
         let front = mean(i);

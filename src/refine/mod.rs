@@ -153,8 +153,9 @@ impl Refiner {
             self.surface.measure(&self.rows);
             self.descent.reset(self.surface.at.len());
             self.rest.reset(&self.surface);
-            let scale = Scale::new(&self.rows, self.surface.triangles(), options);
-            self.run(mesh, options, scale, watch)
+            self.worth.start_anew();
+            let scale = Scale::new(&self.rows, frame, self.surface.triangles(), options);
+            self.run(mesh, frame, options, scale, watch)
         })
     }
 
@@ -175,25 +176,26 @@ impl Refiner {
             self.rows.load(frame);
             let carried = self.surface.relink(mesh);
             self.surface.measure(&self.rows);
-            let scale = Scale::new(&self.rows, self.surface.triangles(), options);
+            let scale = Scale::new(&self.rows, frame, self.surface.triangles(), options);
             if carried {
-                self.rest.wake(&mut self.surface, scale.over(&self.rows));
+                self.rest.wake(&mut self.surface, scale.over(&self.rows, frame));
             } else {
                 self.rest.reset(&self.surface);
             }
-            self.run(mesh, options, scale, None)
+            self.run(mesh, frame, options, scale, None)
         })
     }
 
     fn run(
         &mut self,
         mesh: &mut Mesh,
+        frame: &Frame,
         options: &RefineOptions,
         scale: Scale,
         mut watch: Option<Watch<'_>>,
     ) -> Refined {
         let Self { rows, surface, descent, worth, rest, edges } = self;
-        let field = scale.over(rows);
+        let field = scale.over(rows, frame);
         let most = (options.replace.clamp(0.0, 1.0) * surface.at.len() as f64).ceil() as usize;
         let mut refined = Refined { error_before: surface.error(rows), ..Refined::default() };
         worth.reset(surface.at.len(), surface.triangles());
@@ -226,7 +228,7 @@ impl Refiner {
         refined.replaced.dedup();
         // Both are sums of rounded numbers: a mesh that stayed as it was has not got worse.
         refined.error_after = surface.error(rows).min(refined.error_before);
-        rest.settle(surface, rows, begin);
+        rest.settle(surface, begin);
         surface.store(mesh);
         refined
     }
@@ -236,6 +238,7 @@ impl Refiner {
 #[derive(Clone, Copy, Debug)]
 struct Field<'a> {
     rows: &'a RowSums,
+    frame: &'a Frame,
     /// Squared 8-bit steps for a unit of flatness.
     weight: f64,
     /// What a change must gain to be made, in squared 8-bit steps.
@@ -261,16 +264,16 @@ const MOST_SHAPE: f64 = 1e4;
 const LEAST_GAIN: f64 = 1.0;
 
 impl Scale {
-    fn new(rows: &RowSums, triangles: usize, options: &RefineOptions) -> Self {
+    fn new(rows: &RowSums, frame: &Frame, triangles: usize, options: &RefineOptions) -> Self {
         // Against the picture, not the mesh: the measure must not change as the mesh learns.
-        let cell = rows.cell_error(triangles);
+        let cell = rows.cell_error(frame, triangles);
         let r = options.regularity.clamp(0.0, 1.0);
         Self {
             weight: cell * (SHAPE * (r / (1.0 - r)).powi(2)).min(MOST_SHAPE),
             least_gain: (cell * options.threshold.max(0.0)).max(LEAST_GAIN),
         }
     }
-    fn over(self, rows: &RowSums) -> Field<'_> {
-        Field { rows, weight: self.weight, least_gain: self.least_gain }
+    fn over<'a>(self, rows: &'a RowSums, frame: &'a Frame) -> Field<'a> {
+        Field { rows, frame, weight: self.weight, least_gain: self.least_gain }
     }
 }

@@ -110,6 +110,7 @@ pub(super) fn take_out(
     let left = [slots.next().unwrap_or(NONE), slots.next().unwrap_or(NONE)];
     // Chords whose inner triangle is still to be made, with the half-edge on their outer side.
     let mut open = vec![(0, corners - 1, NONE)];
+    let mut made = Vec::with_capacity(corners);
     while let (Some((i, j, outer)), Some(t)) = (open.pop(), slots.next()) {
         let m = usize::from(closing.apex[i][j]);
         let h = 3 * t;
@@ -128,7 +129,11 @@ pub(super) fn take_out(
             attach(surface, h + 2, Link { vertex: links[j].vertex, twin: outer, sums });
             surface.sums[outer as usize] = -sums;
         }
-        surface.changed(t, closing.triangle_cost(rows, &ring.ends, [i, m, j]));
+        made.push((t, closing.triangle_cost(rows, &ring.ends, [i, m, j])));
+    }
+    // Only now do all of them have their sums.
+    for (t, cost) in made {
+        surface.changed(rows, t, cost);
     }
     left
 }
@@ -162,7 +167,7 @@ pub(super) fn put_in(
     }
     surface.out[v as usize] = 3 * slots[0];
     for (i, &t) in slots.iter().enumerate() {
-        surface.changed(t, ring.triangle_cost(rows, i, p));
+        surface.changed(rows, t, ring.triangle_cost(rows, i, p));
     }
 }
 

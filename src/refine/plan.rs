@@ -11,12 +11,17 @@ impl RefineOptions {
     /// The plan for a frame: a `fresh` mesh, of a still or the first frame of a shot, takes many steps;
     /// one that comes from the frame before a few, fewer changes and only such as are clearly worth it,
     /// the more so the nearer `coherence` is to 1.
-    ///
-    /// `detail` may name another number of steps; where the options ask for none there are none.
-    pub fn plan(options: &Options, detail: &Detail, fresh: bool) -> Self {
+    pub fn plan(options: &Options, fresh: bool) -> Self {
         let plan = if fresh { Self::fresh(options) } else { Self::next(options) };
-        let steps = detail.steps.filter(|_| plan.steps > 0).unwrap_or(plan.steps);
-        Self { regularity: options.regularity, steps, ..plan }
+        Self { regularity: options.regularity, ..plan }
+    }
+
+    /// The same plan at the cost of `detail`, which may name another number of steps; where there were
+    /// none there are none.
+    #[must_use]
+    pub fn at(self, detail: &Detail) -> Self {
+        let steps = detail.steps.filter(|_| self.steps > 0).unwrap_or(self.steps);
+        Self { steps, ..self }
     }
 
     fn fresh(options: &Options) -> Self {

@@ -26,13 +26,19 @@ pub(super) struct Worth {
     error: Vec<f64>,
     /// When that was found.
     error_asked: Vec<u32>,
-    /// Passes so far.
+    /// Vertices that may be taken out in this pass.
+    candidates: Vec<u32>,
+    /// Passes over this mesh so far.
     passes: u32,
 }
 
 /// A pass that may re-place few vertices looks at this many for each of them, in turns. Measured: 8
 /// gain more in the same time than 32 or all.
 const LOOKED_AT: usize = 8;
+
+/// Of these, as many are planned for each that is re-placed: those that by their triangles' colours
+/// look the least needed.
+const PLANNED: usize = 3;
 
 /// Passes until every vertex has had its turn, when each may re-place `most`.
 pub(super) fn turns(vertices: usize, most: usize) -> u32 {
@@ -76,7 +82,12 @@ enum Site {
 }
 
 impl Worth {
-    /// Forgets everything.
+    /// Begins again with the first turn, for a mesh of which nothing is known.
+    pub(super) fn start_anew(&mut self) {
+        self.passes = 0;
+    }
+
+    /// Forgets everything but whose turn it is: a video's mesh has it over several frames.
     pub(super) fn reset(&mut self, vertices: usize, triangles: usize) {
         self.loss.clear();
         self.loss.resize(vertices, Cost::INFINITE);
@@ -88,41 +99,88 @@ impl Worth {
         self.error_asked.resize(triangles, 0);
     }
 
-    /// Brings what it is the turn of up to date.
-    fn update(&mut self, surface: &Surface, rest: &Rest, turn: Turn, field: Field) {
+    /// Brings what it is the turn of up to date: the errors of its triangles, and the losses of the
+    /// `most` of its vertices that look the least needed.
+    fn update(&mut self, surface: &Surface, rest: &Rest, turn: Turn, most: usize, field: Field) {
         let packs = self.error.par_chunks_mut(PACK).zip(self.error_asked.par_chunks_mut(PACK));
         packs.enumerate().for_each(|(pack, (errors, asked))| {
             for (t, (error, asked)) in ((pack * PACK) as u32..).zip(errors.iter_mut().zip(asked)) {
                 let stale = surface.stamp[t as usize] >= *asked;
                 if turn.has(t) && stale && rest.allows_triangle(surface, t) {
                     *asked = surface.clock;
-                    let squares = field.rows.squares_of(surface.corners(t));
+                    let squares = field.rows.squares_of(field.frame, surface.corners(t));
                     *error = squares + surface.cost[t as usize].error;
                 }
             }
         });
-        let packs = self.loss.par_chunks_mut(PACK).zip(self.asked.par_chunks_mut(PACK));
-        packs.enumerate().for_each(|(pack, (losses, asked))| {
-            let (mut ring, mut closing) = (Ring::default(), Closing::default());
-            for (v, (loss, asked)) in ((pack * PACK) as u32..).zip(losses.iter_mut().zip(asked)) {
-                if !turn.has(v) || !rest.allows(v) || surface.freedom(v) != Place::Interior {
-                    continue;
-                }
-                let mut newest = 0;
-                surface.around(v, |h| newest = newest.max(surface.stamp[h as usize / 3]));
-                if newest < *asked {
-                    continue;
-                }
-                *asked = surface.clock;
-                *loss = Cost::INFINITE;
-                ring.surround(surface, v);
-                if closing.plan(&ring, field.rows, field.weight) {
-                    let before = fan_cost(surface, &ring);
-                    *loss = closing.cost + before.scaled(-1.0);
-                }
+        let mut least: Vec<(f32, u32)> = (0..surface.at.len() as u32)
+            .into_par_iter()
+            .with_min_len(PACK)
+            .filter(|&v| turn.has(v) && rest.allows(v) && surface.freedom(v) == Place::Interior)
+            .map(|v| (most_loss(surface, v), v))
+            .collect();
+        let order = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+        if least.len() > most {
+            least.select_nth_unstable_by(most, order);
+            least.truncate(most);
+        }
+        let planned: Vec<(u32, Option<Cost>)> = least
+            .par_chunks(PACK)
+            .flat_map_iter(|vertices| {
+                let (mut ring, mut closing) = (Ring::default(), Closing::default());
+                vertices
+                    .iter()
+                    .map(|&(_, v)| (v, self.loss_of(surface, v, &mut ring, &mut closing, field)))
+                    .collect::<Vec<_>>()
+            })
+            .collect();
+        self.candidates.clear();
+        for (v, loss) in planned {
+            if let Some(loss) = loss {
+                self.loss[v as usize] = loss;
+                self.asked[v as usize] = surface.clock;
             }
-        });
+            if self.loss[v as usize].shape.is_finite() {
+                self.candidates.push(v);
+            }
+        }
     }
+
+    /// What it costs to take out `v`; `None` where that is known already.
+    fn loss_of(
+        &self,
+        surface: &Surface,
+        v: u32,
+        ring: &mut Ring,
+        closing: &mut Closing,
+        field: Field,
+    ) -> Option<Cost> {
+        ring.surround(surface, v);
+        let newest = ring.links.iter().map(|&h| surface.stamp[h as usize / 3]).max();
+        if newest < Some(self.asked[v as usize]) {
+            return None;
+        }
+        ring.sum_up(surface);
+        let closes = closing.plan(ring, field.rows, field.weight);
+        let before = fan_cost(surface, ring);
+        Some(if closes { closing.cost + before.scaled(-1.0) } else { Cost::INFINITE })
+    }
+}
+
+/// The most by which the squared error can rise when `v` is taken out: as much as it does when all of
+/// its triangles take one colour.
+fn most_loss(surface: &Surface, v: u32) -> f32 {
+    let (mut explained, mut count, mut sum) = (0.0, 0.0, [0.0; 4]);
+    surface.around(v, |h| {
+        let mean = &surface.mean[h as usize / 3];
+        count += mean.count;
+        for (sum, channel) in sum.iter_mut().zip(mean.colour) {
+            explained += mean.count * channel * channel;
+            *sum += mean.count * channel;
+        }
+    });
+    let together: f32 = sum.iter().map(|s| s * s).sum();
+    if count > 0.0 { explained - together / count } else { 0.0 }
 }
 
 fn fan_cost(surface: &Surface, ring: &Ring) -> Cost {
@@ -145,16 +203,13 @@ pub(super) fn replace(
     let slices = turns(surface.at.len(), most);
     let turn = Turn { slices, slice: worth.passes % slices };
     worth.passes = worth.passes.wrapping_add(1);
-    worth.update(surface, rest, turn, field);
+    worth.update(surface, rest, turn, most * PLANNED, field);
     let weight = field.weight;
     // Taking out costs, and putting in gains, whichever is worse of error and error with shape: so a
     // pair that pays pays in both.
     let total = |v: u32| worth.loss[v as usize].total(weight).max(worth.loss[v as usize].error);
-    let mut leaving: Vec<u32> = (0..surface.at.len() as u32)
-        .filter(|&v| turn.has(v) && rest.allows(v) && worth.loss[v as usize].shape.is_finite())
-        .collect();
+    let mut leaving = std::mem::take(&mut worth.candidates);
     leaving.sort_unstable_by(|&a, &b| total(a).total_cmp(&total(b)).then(a.cmp(&b)));
-    leaving.truncate(most * 2);
     let Some(&cheapest) = leaving.first() else { return Vec::new() };
     let openings = openings(surface, &worth.error, turn, most * 2, total(cheapest), field);
     let mut taken = vec![false; surface.triangles()];
@@ -181,6 +236,7 @@ pub(super) fn replace(
         let mut around = Ring::default();
         let next = leaving.find(|&v| {
             around.surround(surface, v);
+            around.sum_up(surface);
             let free =
                 |&h: &u32| !taken[h as usize / 3] && ring.links.iter().all(|&g| g / 3 != h / 3);
             around.links.iter().all(free)
@@ -238,20 +294,24 @@ fn openings(
     openings
 }
 
-/// The best place for one more vertex in triangle `t` or on one of its edges.
+/// A good place for one more vertex in triangle `t` or on one of its edges: the best of their centres,
+/// from where it steps down the error.
 fn best_opening(surface: &Surface, t: u32, field: Field, ring: &mut Ring) -> Option<Opening> {
     let pairs = (3 * t..3 * t + 3).filter(|&h| surface.twin[h as usize] != NONE).map(Site::Pair);
     let mut best: Option<Opening> = None;
     for site in std::iter::once(Site::Triangle(t)).chain(pairs) {
         site.enclose(surface, ring);
-        let start = site.centre(surface);
-        if let Some(found) = settle(site, start, site.cost(surface), field, ring)
-            && best.is_none_or(|b| found.worth(field.weight) > b.worth(field.weight))
-        {
-            best = Some(found);
+        let place = site.centre(surface);
+        if let Some(cost) = ring.try_at(field.rows, place) {
+            let found = Opening { gain: site.cost(surface) + cost.scaled(-1.0), site, place };
+            if best.is_none_or(|b| found.worth(field.weight) > b.worth(field.weight)) {
+                best = Some(found);
+            }
         }
     }
-    best
+    let Opening { site, place, .. } = best?;
+    site.enclose(surface, ring);
+    settle(site, place, site.cost(surface), field, ring)
 }
 
 /// Steps that a new vertex takes before its gain is counted.
@@ -269,7 +329,8 @@ fn settle(
     let mut cost = ring.try_at(field.rows, place)?;
     let mut reach = 2.0 * f64::from(crate::geom::SUBPIXEL);
     for _ in 0..SETTLING {
-        let (gx, gy) = gradient(field.rows, place, ring);
+        let mean = |i: usize| ring.total(field.rows, i, place).mean();
+        let (gx, gy) = gradient(field.rows, place, ring, mean);
         let length = gx.hypot(gy);
         if length == 0.0 {
             break;

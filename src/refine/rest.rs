@@ -1,8 +1,7 @@
 //! Which parts of a video's mesh rest: where the picture stands still, so does the mesh.
 
 use super::Field;
-use super::rows::RowSums;
-use super::surface::Surface;
+use super::surface::{Mean, Surface};
 
 /// Frames during which a vertex may still change after the picture around it has come to rest. With a
 /// step or two a frame that is enough to settle; a still picture is then the same for good before its
@@ -48,11 +47,10 @@ impl Rest {
             *calm = calm.saturating_add(1);
         }
         for t in 0..surface.triangles() as u32 {
-            let total = surface.total(field.rows, t);
-            let colour = total.mean().unwrap_or_default();
+            let Mean { count, colour } = surface.mean[t as usize];
             let old = &mut self.colours[t as usize];
             let squared: f32 = colour.iter().zip(*old).map(|(a, b)| (a - b) * (a - b)).sum();
-            if total.count() * f64::from(squared) > WAKING * field.least_gain {
+            if f64::from(count) * f64::from(squared) > WAKING * field.least_gain {
                 *old = colour;
                 for h in 3 * t..3 * t + 3 {
                     let v = surface.from(h) as usize;
@@ -64,10 +62,10 @@ impl Rest {
     }
 
     /// The end of a frame: takes the colours of the triangles that changed at tick `since` or later.
-    pub(super) fn settle(&mut self, surface: &Surface, rows: &RowSums, since: u32) {
-        for (t, colour) in (0u32..).zip(&mut self.colours) {
-            if surface.stamp[t as usize] >= since {
-                *colour = surface.total(rows, t).mean().unwrap_or_default();
+    pub(super) fn settle(&mut self, surface: &Surface, since: u32) {
+        for (t, colour) in self.colours.iter_mut().enumerate() {
+            if surface.stamp[t] >= since {
+                *colour = surface.mean[t].colour;
             }
         }
     }

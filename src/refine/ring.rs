@@ -26,19 +26,29 @@ pub(super) struct Ring {
 }
 
 impl Ring {
-    /// Takes the polygon around vertex `v`; the spokes are those of its present place.
+    /// Takes the polygon around vertex `v`, without its sums: see [`Ring::sum_up`].
     pub(super) fn surround(&mut self, surface: &Surface, v: u32) {
         self.clear();
-        surface.around(v, |h| {
-            self.push(surface, next(h));
-            self.spokes.push(surface.sums[h as usize]);
-        });
+        surface.around(v, |h| self.push(surface, next(h)));
         self.closed = surface.twin[surface.out[v as usize] as usize] != NONE;
         if let (false, Some(&link)) = (self.closed, self.links.last()) {
-            let last = next(link);
-            self.ends.push(surface.place(last));
-            self.spokes.push(-surface.sums[last as usize]);
+            self.ends.push(surface.place(next(link)));
         }
+    }
+
+    /// Takes the sums of the links, and of the spokes for the present place of the vertex that
+    /// [`Ring::surround`] has surrounded.
+    pub(super) fn sum_up(&mut self, surface: &Surface) {
+        self.sum_links(surface);
+        let spoke = |&link: &u32| surface.sums[previous(link) as usize];
+        self.spokes.extend(self.links.iter().map(spoke));
+        if let (false, Some(&link)) = (self.closed, self.links.last()) {
+            self.spokes.push(-surface.sums[next(link) as usize]);
+        }
+    }
+
+    fn sum_links(&mut self, surface: &Surface) {
+        self.link_sums.extend(self.links.iter().map(|&link| surface.sums[link as usize]));
     }
 
     /// Takes triangle `t` as the polygon.
@@ -47,6 +57,7 @@ impl Ring {
         for h in 3 * t..3 * t + 3 {
             self.push(surface, h);
         }
+        self.sum_links(surface);
         self.closed = true;
     }
 
@@ -57,6 +68,7 @@ impl Ring {
         for h in [next(h), previous(h), next(g), previous(g)] {
             self.push(surface, h);
         }
+        self.sum_links(surface);
         self.closed = true;
     }
 
@@ -70,7 +82,6 @@ impl Ring {
     fn push(&mut self, surface: &Surface, link: u32) {
         self.links.push(link);
         self.ends.push(surface.place(link));
-        self.link_sums.push(surface.sums[link as usize]);
     }
 
     /// Number of triangles in the fan.

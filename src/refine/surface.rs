@@ -70,6 +70,26 @@ impl std::iter::Sum for Cost {
     }
 }
 
+/// What a triangle looks like.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Mean {
+    /// Number of pixels.
+    pub(super) count: f32,
+    /// Red, green, blue, alpha as [`Total::mean`] has them; 0 where there are no pixels.
+    pub(super) colour: [f32; 4],
+}
+
+impl Mean {
+    pub(super) fn of(total: &Total) -> Self {
+        Self { count: total.count() as f32, colour: total.mean().unwrap_or_default() }
+    }
+
+    /// The colour, where there are pixels.
+    pub(super) fn known(&self) -> Option<[f32; 4]> {
+        (self.count > 0.0).then_some(self.colour)
+    }
+}
+
 /// The place of the 32 x 32 pixel square that holds `p` on a Z-order curve.
 fn morton(p: Point) -> u32 {
     const SQUARE_BITS: u32 = 5 + SUBPIXEL.trailing_zeros();
@@ -102,6 +122,8 @@ pub(super) struct Surface {
     pub(super) sums: Vec<Sums>,
     /// The cost of each triangle.
     pub(super) cost: Vec<Cost>,
+    /// Its mean colour and number of pixels.
+    pub(super) mean: Vec<Mean>,
     /// When each triangle last changed, in ticks of `clock`.
     pub(super) stamp: Vec<u32>,
     /// Counts passes over the mesh.
@@ -123,6 +145,7 @@ impl Default for Surface {
             out: Vec::new(),
             sums: Vec::new(),
             cost: Vec::new(),
+            mean: Vec::new(),
             stamp: Vec::new(),
             clock: 0,
             stored: Vec::new(),
@@ -210,7 +233,7 @@ impl Surface {
 
     /// Sums and costs of all edges and triangles over a new frame.
     pub(super) fn measure(&mut self, rows: &RowSums) {
-        let Self { at, origin, twin, sums, cost, .. } = self;
+        let Self { at, origin, twin, sums, cost, mean, .. } = self;
         sums.resize(origin.len(), Sums::default());
         sums.par_chunks_mut(3 * 256).enumerate().for_each(|(chunk, sums)| {
             for (h, sums) in (chunk as u32 * 3 * 256..).zip(sums) {
@@ -227,11 +250,16 @@ impl Surface {
             }
         }
         cost.resize(origin.len() / 3, Cost::default());
-        cost.par_chunks_mut(256).enumerate().for_each(|(chunk, costs)| {
-            for (t, cost) in (chunk * 256..).zip(costs) {
-                let [a, b, c] = [0, 1, 2].map(|i| at[origin[3 * t + i] as usize]);
+        mean.resize(origin.len() / 3, Mean::default());
+        let chunks = cost.par_chunks_mut(256).zip(mean.par_chunks_mut(256));
+        chunks.enumerate().for_each(|(chunk, (costs, means))| {
+            for (t, (cost, mean)) in (chunk * 256..).zip(costs.iter_mut().zip(means)) {
+                let corner = |h: usize| at[origin[h] as usize];
+                let (a, b, c) = (corner(3 * t), corner(3 * t + 1), corner(3 * t + 2));
                 let sums = sums[3 * t] + sums[3 * t + 1] + sums[3 * t + 2];
-                *cost = Cost::of(rows, &sums, a, b, c);
+                let total = rows.total(&sums, a, b, c);
+                *cost = Cost { error: -total.explained(), shape: flatness(a, b, c) };
+                *mean = Mean::of(&total);
             }
         });
     }
@@ -304,9 +332,11 @@ impl Surface {
         }
     }
 
-    /// Takes up that triangle `t` has changed: its cost, its stamp, and its vertices wake up.
-    pub(super) fn changed(&mut self, t: u32, cost: Cost) {
+    /// Takes up that triangle `t` has changed, after its sums: its cost, its mean, its stamp, and its
+    /// vertices wake up.
+    pub(super) fn changed(&mut self, rows: &RowSums, t: u32, cost: Cost) {
         self.cost[t as usize] = cost;
+        self.mean[t as usize] = Mean::of(&self.total(rows, t));
         self.stamp[t as usize] = self.clock;
         for i in 0..3 {
             self.awake[self.origin[(3 * t + i) as usize] as usize] = true;

@@ -7,13 +7,14 @@ use crate::mesh::Mesh;
 use crate::metric::mse::{mse, psnr};
 use crate::metric::over_white;
 use crate::metric::ssim::ssim;
-use crate::options::{Detail, Options, Points, Target};
+use crate::options::{Options, Points, Target};
 use crate::rasterise::rasterise;
 use crate::refine::{RefineOptions, Refined, Refiner};
 use crate::sample::Sampler;
 use crate::triangulate::triangulate;
 
-/// Refines `mesh` anew until its rendering is as like `frame` as `target` asks, or `plan` ends.
+/// Refines `mesh` anew until its rendering is as like `frame` as `target` asks, or `plan` ends. `seen` is
+/// shown the squared error before every step.
 ///
 /// # Errors
 /// When the likeness cannot be measured on a frame of this size.
@@ -23,11 +24,13 @@ pub(super) fn reach(
     mesh: &mut Mesh,
     frame: &Frame,
     plan: &RefineOptions,
+    seen: &mut (dyn FnMut(f64) + Send),
 ) -> Result<Refined> {
     let source = over_white(frame);
     let samples = (3 * frame.size().pixels()) as f64;
     let mut failure = None;
     let mut watch = |mesh: &Mesh, error: f64| {
+        seen(error);
         // Rounding the colours only adds to their error: most steps need not be painted.
         if let Target::Psnr(db) = target
             && frame.is_opaque()
@@ -86,9 +89,9 @@ pub(super) fn fewest(
         let options = Options { points: Points::Count(count), ..options.clone() };
         let seeds = Sampler::new(&options).choose(features);
         let mut mesh = triangulate(frame.size(), &seeds)?;
-        let plan = RefineOptions::plan(&options, &Detail::FULL, true);
+        let plan = RefineOptions::plan(&options, true);
         // A refiner of its own: what it has learnt of another mesh must not count.
-        let refined = reach(target, &mut Refiner::default(), &mut mesh, frame, &plan)?;
+        let refined = reach(target, &mut Refiner::default(), &mut mesh, frame, &plan, &mut |_| ())?;
         Ok(refined.likeness.unwrap_or(f64::NEG_INFINITY))
     };
     let (mut low, mut high) = (0, FIRST.min(most));

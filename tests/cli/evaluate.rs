@@ -23,7 +23,7 @@ fn all_formats_hold_the_same_figures() {
     ];
     let run = folder.run_args(&line).success();
     let text = stdout(&run);
-    for title in ["Table 2", "Table 3", "Table 4", "Robustness"] {
+    for title in ["Table 2", "Table 3", "Table 4", "Robustness", "Refinement, means"] {
         assert!(text.contains(title), "{title} in {text}");
     }
     let json = folder.json("r.json");
@@ -38,18 +38,30 @@ fn all_formats_hold_the_same_figures() {
             assert!(method["likeness"]["ssim"].as_f64() > Some(0.0));
             assert!(method["mesh_bytes"].as_u64() > Some(60));
             assert_eq!(method["robustness"].as_array().map(Vec::len), Some(3));
+            assert_eq!(method["refine_steps"], 0, "the paper's tables are without refinement");
+        }
+        let refined = still["refined"].as_array().expect("a list");
+        assert_eq!(refined.len(), methods.len());
+        for (before, after) in methods.iter().zip(refined) {
+            for same in ["method", "candidates", "seeds", "triangles"] {
+                assert_eq!(before[same], after[same]);
+            }
+            let mse = |scores: &serde_json::Value| scores["likeness"]["mse"].as_f64();
+            assert!(mse(after) < mse(before), "{after}");
+            assert!(after["refine_steps"].as_u64() > Some(0));
         }
     }
     let csv = String::from_utf8(folder.read("r.csv")).expect("text");
     let lines: Vec<_> = csv.lines().collect();
-    assert_eq!(lines.len(), 1 + 2 * 6);
-    assert!(lines[7].starts_with("\"b, c.png\",still,hrlp,60,70,1,"), "{}", lines[7]);
+    assert_eq!(lines.len(), 1 + 2 * 2 * 6);
+    assert!(lines[13].starts_with("\"b, c.png\",still,hrlp,60,70,1,"), "{}", lines[13]);
+    assert!(lines[13].ends_with(",false,0") && lines[19].ends_with(",true,6"), "{csv}");
     let commas = |line: &str| line.matches(',').count();
-    assert!(lines[..7].iter().all(|line| commas(line) == commas(lines[0])), "{csv}");
+    assert!(lines[..13].iter().all(|line| commas(line) == commas(lines[0])), "{csv}");
     assert!(String::from_utf8_lossy(&folder.read("r.md")).contains("| picture | method |"));
 
     let page = String::from_utf8(folder.read("r.html")).expect("text");
-    assert_eq!(page.matches("data:image/jpeg;base64,").count(), 2 * 7);
+    assert_eq!(page.matches("data:image/jpeg;base64,").count(), 2 * 13);
     assert!(page.matches("<svg").count() >= 2 && page.ends_with("</html>\n"));
     for outside in ["http:", "https:", "url(", "<script", "@import", "<link"] {
         assert!(!page.contains(outside), "{outside}");
@@ -81,6 +93,10 @@ fn clips_have_their_own_table() {
         assert!(method["fps"].as_f64() > Some(0.0) && method["fdb"].as_f64() >= Some(0.0));
         assert!(method["seeds_kept"].is_f64() && method["warp_error"].is_f64(), "{method}");
     }
+    assert_eq!(clip["refined"].as_array().map(Vec::len), Some(2));
+    for (before, after) in (0..2).map(|i| (&clip["methods"][i], &clip["refined"][i])) {
+        assert!(after["mse"].as_f64() < before["mse"].as_f64(), "{after}");
+    }
 }
 
 #[test]
@@ -101,5 +117,33 @@ fn the_smallest_picture_has_figures() {
     let folder = Folder::new();
     folder.still("dot.png", 1, 1);
     let run = folder.run("evaluate dot.png --csv").success();
-    assert_eq!(stdout(&run).lines().count(), 1 + 6);
+    assert_eq!(stdout(&run).lines().count(), 1 + 2 * 6);
+}
+
+#[test]
+fn refinement_is_what_the_options_say() {
+    let folder = Folder::new();
+    folder.still("a.png", 90, 60);
+    for (options, steps) in [
+        ("--refine 3", Some(3)),
+        ("--refine 0", None),
+        ("--quality draft", None),
+        ("--preset paper", None),
+        ("--error psnr:1", Some(0)),
+    ] {
+        let run = folder.run(&format!("evaluate a.png {FAST} --no-robustness --json {options}"));
+        let json: serde_json::Value = serde_json::from_str(&stdout(&run.success())).expect("JSON");
+        let still = &json["evaluation"]["stills"][0];
+        assert_eq!(still["methods"].as_array().map(Vec::len), Some(2), "{options}");
+        assert_eq!(still["refined"][0]["refine_steps"].as_u64(), steps, "{options}");
+    }
+}
+
+/// They are compared at the same number of points.
+#[test]
+fn methods_do_not_find_a_number_of_points_each() {
+    let folder = Folder::new();
+    folder.still("a.png", 40, 40);
+    let run = folder.run("evaluate a.png --points auto --error psnr:20").failure().code(2);
+    assert!(stderr(&run).contains("render --points auto"), "{}", stderr(&run));
 }

@@ -94,7 +94,16 @@ fn inspect_shows_every_stage() {
     let folder = Folder::new();
     folder.still("in.png", 90, 60);
     folder.run("inspect in.png -o stages").success();
-    let names = ["candidates", "grid", "lowpoly", "mesh", "regions", "seeds"];
+    let names = [
+        "candidates",
+        "grid",
+        "lowpoly",
+        "lowpoly-before",
+        "mesh",
+        "mesh-before",
+        "regions",
+        "seeds",
+    ];
     for name in names {
         let picture = folder.open(&format!("stages/{name}.png"));
         assert_eq!(picture.dimensions(), (90, 60), "{name}");
@@ -107,12 +116,63 @@ fn inspect_shows_every_stage() {
         let exact = folder.read(&format!("stages/{name}.npy"));
         assert_eq!(exact.len(), 128 + 4 * 90 * 60, "{name}");
     }
-    assert_eq!(folder.listing().len(), 1 + 1 + names.len() + 2 * maps.len());
+    let convergence = 2;
+    assert_eq!(folder.listing().len(), 1 + 1 + names.len() + 2 * maps.len() + convergence);
     folder.run("render in.png -o out.png").success();
     assert_eq!(folder.open("stages/lowpoly.png"), folder.open("out.png"));
+    folder.run("render in.png -o before.png --refine 0").success();
+    assert_eq!(folder.open("stages/lowpoly-before.png"), folder.open("before.png"));
 
     folder.run("inspect in.png -o stages").failure().code(1);
     folder.run("inspect in.png -o stages -y").success();
+}
+
+/// The MSE of each step in `stages/convergence.csv`.
+fn errors(folder: &Folder) -> Vec<f64> {
+    let csv = String::from_utf8(folder.read("stages/convergence.csv")).expect("text");
+    assert!(csv.starts_with("step,mse,psnr_db\n0,"), "{csv}");
+    let svg = String::from_utf8(folder.read("stages/convergence.svg")).expect("text");
+    let errors: Vec<f64> = csv
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').nth(1).and_then(|mse| mse.parse().ok()).expect("a figure"))
+        .collect();
+    assert_eq!(svg.matches("<circle").count(), errors.len(), "a point a step");
+    errors
+}
+
+#[test]
+fn inspect_tells_how_refinement_converged() {
+    let folder = Folder::new();
+    folder.still("in.png", 120, 80);
+    for (options, steps) in [("--refine 3", 3..4), ("", 6..7), ("--quality best", 7..61)] {
+        folder.run(&format!("inspect in.png -o stages -y {options}")).success();
+        let errors = errors(&folder);
+        assert!(steps.contains(&(errors.len() - 1)), "{options}: {errors:?}");
+        assert!(errors.windows(2).all(|pair| pair[1] <= pair[0] + 1e-9), "{errors:?}");
+        assert!(errors[errors.len() - 1] < 0.9 * errors[0], "{errors:?}");
+    }
+    folder.run("inspect in.png -o stages -y --refine 0").success();
+    assert_eq!(errors(&folder).len(), 1);
+    for name in ["mesh", "lowpoly"] {
+        let before = folder.open(&format!("stages/{name}-before.png"));
+        assert_eq!(before, folder.open(&format!("stages/{name}.png")), "{name}");
+    }
+}
+
+#[test]
+fn inspect_refines_to_a_target() {
+    let folder = Folder::new();
+    folder.still("in.png", 120, 80);
+    folder.run("inspect in.png -o stages --points auto --error psnr:25").success();
+    let errors = errors(&folder);
+    let mse = errors[errors.len() - 1];
+    // A PSNR of 25 dB, and a little that rounding the colours adds.
+    assert!(mse <= 255.0 * 255.0 / 10f64.powf(2.5), "{errors:?}");
+    folder.run("render in.png -o out.png --points auto --error psnr:25").success();
+    assert_eq!(folder.open("stages/lowpoly.png"), folder.open("out.png"));
+    let far = folder.run("inspect in.png -o stages -y --points 20 --error ssim:0.99").success();
+    assert!(stderr(&far).contains("warning") && stderr(&far).contains("SSIM"), "{}", stderr(&far));
 }
 
 #[test]

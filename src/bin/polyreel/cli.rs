@@ -91,9 +91,13 @@ pub(crate) struct RenderArgs {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Writes regions, candidates, grid, seeds, mesh and lowpoly, and the maps saliency, \
+    after_help = "Writes regions, candidates, grid, seeds, mesh and lowpoly, the last two before \
+                        refinement as well (mesh-before, lowpoly-before), and the maps saliency, \
                         entropy (white is 8 bits), diffused and edges, each as a PNG of the picture's \
-                        size; the maps also as exact floats (.npy).\n\nExample:\n  polyreel inspect portrait.png -o stages/"
+                        size; the maps also as exact floats (.npy). convergence.csv and .svg tell the \
+                        error after every step of refinement (MSE over all channels, colours \
+                        premultiplied where there is alpha); with --refine 0 that is one point, and \
+                        before is the same as after.\n\nExample:\n  polyreel inspect portrait.png -o stages/"
 )]
 pub(crate) struct InspectArgs {
     /// The picture; of an animation or a video, its first frame
@@ -118,8 +122,10 @@ pub(crate) struct InspectArgs {
 #[derive(Debug, Args)]
 #[command(override_usage = "polyreel evaluate [OPTIONS] <INPUT>...")]
 #[command(
-    after_help = "Every picture is measured by itself, every GIF and video as a clip; without refinement, \
-                         unless --quality or --refine asks for it. A file that \
+    after_help = "Every picture is measured by itself, every GIF and video as a clip. The paper's tables \
+                         are without refinement; tables of their own set the methods beside themselves \
+                         refined, as --quality, --refine or --error say, unless that is --refine 0. A \
+                         file that \
                         cannot be read is reported and passed over; the exit code is 1 then.\n\nExample:\n  \
                         polyreel evaluate pictures/ --methods hrlp,rlp --html report.html"
 )]

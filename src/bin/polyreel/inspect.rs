@@ -4,36 +4,40 @@ use std::path::Path;
 
 use polyreel::draw;
 use polyreel::error::{Error, Result};
-use polyreel::feature::Extractor;
 use polyreel::feature::maps;
 use polyreel::feature::mask::Mask;
 use polyreel::feature::region::{Regions, TRANSPARENT};
 use polyreel::feature::saliency::saliency;
+use polyreel::feature::{Extractor, Features};
 use polyreel::frame::{Fill, Frame, Rational, Rgba, Span, StreamInfo};
 use polyreel::geom::{Point, Size};
 use polyreel::hex::HexGrid;
-use polyreel::options::{Look, Options};
+use polyreel::mesh::Mesh;
+use polyreel::options::{Detail, Look, Options, Points};
 use polyreel::pipeline::Stop;
 use polyreel::plane::Plane;
-use polyreel::render::Renderer;
+use polyreel::rasterise::rasterise;
+use polyreel::render::{Mesher, triangulate_start};
 use polyreel::sample::Sampler;
 use polyreel::sink::{self, Picture, SinkOptions};
 use polyreel::source::{self, SourceOptions};
 
 use crate::cli::InspectArgs;
+use crate::convergence::Convergence;
 use crate::interrupt::Interrupt;
-use crate::{Outcome, npy};
+use crate::render::fell_short;
+use crate::{Outcome, npy, record};
 
 const WHITE: Rgba = [255, 255, 255, 255];
 const INK: Rgba = [24, 24, 32, 255];
 const GRID: Rgba = [120, 150, 215, 255];
 const SEED: Rgba = [210, 30, 40, 255];
 
-/// Writes one PNG a stage.
+/// Writes one PNG a stage, the maps exactly, and how refinement converged.
 pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
     // Programs that read for us must not outlive us.
     Interrupt::listen(&Stop::default());
-    let options = args.look.options()?;
+    let mut options = args.look.options()?;
     let wanted = SourceOptions {
         frames: Some(1),
         max_size: args.max_size,
@@ -41,6 +45,10 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
         ..SourceOptions::default()
     };
     let input = source::open(std::slice::from_ref(&args.image), &wanted)?;
+    if input.info().still {
+        // Nothing comes after it: --refine STEPS means just so many.
+        options.coherence = 0.0;
+    }
     let info = StreamInfo { still: true, frames: Some(1), ..input.info().clone() };
     let inputs = input.paths().to_vec();
     let Some(decoded) = input.start()?.next()? else {
@@ -51,17 +59,23 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
     let mut extractor = Extractor::new(&options);
     let regions = extractor.regions(&frame);
     let features = extractor.extract(&frame, Look::Full);
-    let grid = Sampler::new(&options).grid(frame.size());
-    let rendered = Renderer::new(&options)?.render(&frame)?;
-    let mut mesh = faded(&frame);
-    draw::edges(&mut mesh, &rendered.mesh, INK, 1);
+    let Course { grid, before, after, convergence } = course(&options, &features, &frame)?;
+    let with_edges = |mesh: &Mesh| {
+        let mut pixels = faded(&frame);
+        draw::edges(&mut pixels, mesh, INK, 1);
+        pixels
+    };
+    let outline = options.outline.map(|colour| colour.0);
+    let painted = |mesh: &Mesh| rasterise(mesh, &frame, outline).frame.into_pixels();
     let stages = [
         ("regions", region_colours(&regions)),
         ("candidates", dots(&features.candidates)),
         ("grid", with_grid(faded(&frame), &grid)),
-        ("seeds", with_seeds(faded(&frame), frame.size(), rendered.mesh.seeds())),
-        ("mesh", mesh),
-        ("lowpoly", rendered.painting.frame.into_pixels()),
+        ("seeds", with_seeds(faded(&frame), frame.size(), before.seeds())),
+        ("mesh-before", with_edges(&before)),
+        ("lowpoly-before", painted(&before)),
+        ("mesh", with_edges(&after)),
+        ("lowpoly", painted(&after)),
     ];
 
     std::fs::create_dir_all(&args.output)
@@ -76,7 +90,41 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
     for (name, pixels) in stages {
         write(&args.output.join(name).with_extension("png"), frame.size(), pixels, &info, &to)?;
     }
+    let plot = args.output.join("convergence.svg");
+    record::put(&plot, convergence.svg().as_bytes(), args.overwrite)?;
+    let figures = plot.with_extension("csv");
+    record::put(&figures, convergence.csv().as_bytes(), args.overwrite)?;
     Ok(Outcome::Done)
+}
+
+/// From feature points to the mesh.
+struct Course {
+    grid: HexGrid,
+    /// The mesh that the seeds make.
+    before: Mesh,
+    /// The same refined.
+    after: Mesh,
+    convergence: Convergence,
+}
+
+fn course(options: &Options, features: &Features, frame: &Frame) -> Result<Course> {
+    let mut mesher = Mesher::new(options);
+    let (before, _) = triangulate_start(frame, mesher.sample(features, frame, &Detail::FULL)?)?;
+    let mut after = before.clone();
+    let mut seen = Vec::new();
+    let refined = mesher.refine_seen(&mut after, frame, &mut |error| seen.push(error))?;
+    if let (Some(target), Some(likeness)) = (options.error, refined.likeness)
+        && let Some(warning) = fell_short(target, u64::from(likeness < target.value()), likeness)
+    {
+        eprintln!("polyreel: warning: {warning}");
+    }
+    let points = Points::Count(u32::try_from(before.seeds().len()).unwrap_or(u32::MAX));
+    let grid = match options.points {
+        // The number that was found.
+        Points::Auto => Sampler::new(&Options { points, ..options.clone() }).grid(frame.size()),
+        _ => Sampler::new(options).grid(frame.size()),
+    };
+    Ok(Course { grid, before, after, convergence: Convergence::new(frame, seen, &refined) })
 }
 
 /// A map with the value that is shown white.

@@ -135,17 +135,6 @@ const PAPER: &str = "The paper's parameters";
 const SCORES: &str = "Feature maps, and the methods that score every pixel";
 
 impl LookArgs {
-    /// As [`LookArgs::options`], but without refinement where none is asked for: methods are compared
-    /// by what they do themselves.
-    pub(crate) fn plain_options(&self) -> Result<Options> {
-        let mut options = self.options()?;
-        let none = self.quality.is_none() && self.refine.is_none() && self.error.is_none();
-        if none && self.preset.is_none() {
-            options.quality = Quality::Draft;
-        }
-        Ok(options)
-    }
-
     /// The preset's options (the defaults without one) with what was given on the command line.
     pub(crate) fn options(&self) -> Result<Options> {
         fn put<T: Clone>(field: &mut T, given: &Option<T>) {

@@ -5,6 +5,7 @@
 mod amount;
 mod budget;
 mod cli;
+mod convergence;
 mod evaluate;
 mod info;
 mod inspect;
@@ -12,6 +13,7 @@ mod interrupt;
 mod look;
 mod manual;
 mod npy;
+mod plot;
 mod presets;
 mod progress;
 mod record;

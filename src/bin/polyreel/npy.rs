@@ -1,21 +1,15 @@
 //! Exact floats for other programs: numpy's `.npy`, version 1.0 (numpy, "NPY format", NEP 1).
 
-use std::io::Write;
 use std::path::Path;
 
-use polyreel::error::{Error, Result};
+use polyreel::error::Result;
 use polyreel::plane::Plane;
+
+use crate::record;
 
 /// Writes `plane` as an array of shape (height, width) of little-endian 32-bit floats.
 pub(crate) fn write(path: &Path, plane: &Plane<f32>, overwrite: bool) -> Result<()> {
-    if path.exists() && !overwrite {
-        return Err(Error::output(path, "is there already; -y replaces it"));
-    }
-    let failed = |error: std::io::Error| Error::output(path, format!("cannot be written: {error}"));
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let mut file = crate::record::beside(folder.unwrap_or(Path::new("."))).map_err(failed)?;
-    file.write_all(&encoded(plane)).map_err(failed)?;
-    file.persist(path).map(|_| ()).map_err(|error| failed(error.error))
+    record::put(path, &encoded(plane), overwrite)
 }
 
 fn encoded(plane: &Plane<f32>) -> Vec<u8> {

@@ -1,4 +1,4 @@
-//! The file of `--report`.
+//! Files that are there when they are complete, or not at all: the one of `--report`, and others.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -46,8 +46,20 @@ impl Record {
     }
 }
 
+/// Writes `bytes` beside `path` and puts them there when all are written.
+pub(crate) fn put(path: &Path, bytes: &[u8], overwrite: bool) -> Result<()> {
+    if path.exists() && !overwrite {
+        return Err(Error::output(path, "is there already; -y replaces it"));
+    }
+    let failed = |error: std::io::Error| Error::output(path, format!("cannot be written: {error}"));
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let mut file = beside(folder.unwrap_or(Path::new("."))).map_err(failed)?;
+    file.write_all(bytes).map_err(failed)?;
+    file.persist(path).map(|_| ()).map_err(|error| failed(error.error))
+}
+
 /// An unfinished file in `folder`.
-pub(crate) fn beside(folder: &Path) -> std::io::Result<NamedTempFile> {
+fn beside(folder: &Path) -> std::io::Result<NamedTempFile> {
     builder().tempfile_in(folder)
 }
 

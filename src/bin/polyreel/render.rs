@@ -7,7 +7,7 @@ use std::sync::Arc;
 use indicatif::HumanBytes;
 use polyreel::error::{Error, Result};
 use polyreel::frame::StreamInfo;
-use polyreel::options::Options;
+use polyreel::options::{Options, Target};
 use polyreel::pipeline::{
     self, Ending, Guide, InputReport, OutputReport, Report, Script, Settings, Stop, Summary,
 };
@@ -56,7 +56,9 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let ended = pipeline::run(move || input.start(), sink, &settings, &mut progress, &stop);
     let per_frame = progress.finish();
     let summary = ended?;
-    if let Some(warning) = fell_short(&settings.options, &summary) {
+    if let (Some(target), Some(least)) = (settings.options.error, summary.likeness)
+        && let Some(warning) = fell_short(target, summary.short, least)
+    {
         if !args.run.quiet {
             eprintln!("polyreel: warning: {warning}");
         }
@@ -87,7 +89,9 @@ fn guide(args: &RenderArgs, options: &Options, info: &StreamInfo) -> Result<Guid
         return Ok(Guide::Replay(Arc::new(script)));
     }
     let Some(budget) = args.run.budget else { return Ok(Guide::Options) };
-    Ok(Guide::Budget(budget.time(info)?))
+    let time = budget.time(info)?;
+    // Of a single picture nothing is known before it, and nothing comes after it.
+    Ok(if info.still { Guide::Options } else { Guide::Budget(time) })
 }
 
 fn sink_options(args: &RenderArgs, input: &Input) -> Result<SinkOptions> {
@@ -131,10 +135,9 @@ fn looks_like_output(name: &str) -> bool {
     name == "-" || (!path.exists() && (path.extension().is_some() || name.ends_with('/')))
 }
 
-/// What to say where `--error` was not reached.
-fn fell_short(options: &Options, summary: &Summary) -> Option<String> {
-    let (target, least) = (options.error?, summary.likeness?);
-    let frames = match summary.short {
+/// What to say where `short` frames stay below the `target` of `--error`, the `least` like at that.
+pub(crate) fn fell_short(target: Target, short: u64, least: f64) -> Option<String> {
+    let frames = match short {
         0 => return None,
         1 => "1 frame stays".to_owned(),
         n => format!("{n} frames stay"),

@@ -1,12 +1,14 @@
-//! All figures as comma-separated values (RFC 4180): one line an input and method.
+//! All figures as comma-separated values (RFC 4180): one line an input, method, and
+//! whether it is refined.
 
 use std::path::Path;
 
 use polyreel::evaluate::Evaluation;
+use polyreel::evaluate::clip::{ClipMethodScores, ClipScores};
 use polyreel::evaluate::disturb::Disturbance;
-use polyreel::evaluate::still::MethodScores;
+use polyreel::evaluate::still::{MethodScores, StillScores};
 
-const HEAD: [&str; 30] = [
+const HEAD: [&str; 32] = [
     "input",
     "kind",
     "method",
@@ -37,79 +39,96 @@ const HEAD: [&str; 30] = [
     "e_warp",
     "source_e_warp",
     "seeds_kept",
+    "refined",
+    "refine_steps",
 ];
 
 /// The figures of `found`; fields without a figure are empty.
 pub(super) fn csv(found: &Evaluation) -> String {
     let mut text = HEAD.join(",") + "\n";
     for still in &found.stills {
-        for s in &still.methods {
-            let mut fields = vec![
-                quoted(&still.path),
-                "still".to_owned(),
-                s.method.name().to_owned(),
-                still.size.width.to_string(),
-                still.size.height.to_string(),
-                "1".to_owned(),
-                still.file_bytes.map_or_else(String::new, |bytes| bytes.to_string()),
-                s.candidates.to_string(),
-                s.candidates_rate.to_string(),
-                s.seeds.to_string(),
-                s.seeds_rate.to_string(),
-                s.triangles.to_string(),
-                s.mesh_bytes.to_string(),
-                optional(s.reduction),
-                optional(s.likeness.ssim),
-                optional(s.likeness.ssim_gaussian),
-                s.likeness.mse.to_string(),
-                optional(s.likeness.psnr),
-                s.ms.to_string(),
-            ];
-            fields.extend(Disturbance::ALL.iter().flat_map(|&d| disturbed(s, d)));
-            line(&mut text, fields);
+        for refined in [false, true] {
+            still.of(refined).iter().for_each(|s| line(&mut text, &of_still(still, s, refined)));
         }
     }
     for clip in &found.clips {
-        for s in &clip.methods {
-            let mut fields = vec![String::new(); HEAD.len()];
-            let mut put = |name: &str, value: String| {
-                if let Some(i) = HEAD.iter().position(|&head| head == name) {
-                    fields[i] = value;
-                }
-            };
-            put("input", quoted(&clip.path));
-            put("kind", "clip".to_owned());
-            put("method", s.method.name().to_owned());
-            put("width", clip.size.width.to_string());
-            put("height", clip.size.height.to_string());
-            put("frames", clip.frames.to_string());
-            put("seeds", s.seeds.to_string());
-            put("ssim", optional(s.ssim));
-            put("mse", s.mse.to_string());
-            put("fps", s.fps.to_string());
-            put("fdb", optional(s.fdb));
-            put("e_warp", optional(s.warp_error));
-            put("source_e_warp", optional(clip.source_warp_error));
-            put("seeds_kept", s.seeds_kept.to_string());
-            line(&mut text, fields);
+        for refined in [false, true] {
+            clip.of(refined).iter().for_each(|s| line(&mut text, &of_clip(clip, s, refined)));
         }
     }
     text
 }
 
-fn line(text: &mut String, mut fields: Vec<String>) {
-    fields.resize(HEAD.len(), String::new());
-    text.push_str(&fields.join(","));
+/// Fields by the name of their column; the others stay empty.
+type Fields = Vec<(&'static str, String)>;
+
+fn of_still(still: &StillScores, s: &MethodScores, refined: bool) -> Fields {
+    let mut fields = vec![
+        ("input", quoted(&still.path)),
+        ("kind", "still".to_owned()),
+        ("method", s.method.name().to_owned()),
+        ("width", still.size.width.to_string()),
+        ("height", still.size.height.to_string()),
+        ("frames", "1".to_owned()),
+        ("file_bytes", optional(still.file_bytes)),
+        ("candidates", s.candidates.to_string()),
+        ("candidates_rate", s.candidates_rate.to_string()),
+        ("seeds", s.seeds.to_string()),
+        ("seeds_rate", s.seeds_rate.to_string()),
+        ("triangles", s.triangles.to_string()),
+        ("mesh_bytes", s.mesh_bytes.to_string()),
+        ("reduction", optional(s.reduction)),
+        ("ssim", optional(s.likeness.ssim)),
+        ("ssim_gaussian", optional(s.likeness.ssim_gaussian)),
+        ("mse", s.likeness.mse.to_string()),
+        ("psnr_db", optional(s.likeness.psnr)),
+        ("ms", s.ms.to_string()),
+        ("refined", refined.to_string()),
+        ("refine_steps", s.refine_steps.to_string()),
+    ];
+    for &(disturbance, likeness) in &s.robustness {
+        let [ssim, mse] = match disturbance {
+            Disturbance::Noise => ["noise_ssim", "noise_mse"],
+            Disturbance::Occlusion => ["occlusion_ssim", "occlusion_mse"],
+            Disturbance::Jpeg => ["jpeg_ssim", "jpeg_mse"],
+        };
+        fields.extend([(ssim, optional(likeness.ssim)), (mse, likeness.mse.to_string())]);
+    }
+    fields
+}
+
+fn of_clip(clip: &ClipScores, s: &ClipMethodScores, refined: bool) -> Fields {
+    vec![
+        ("input", quoted(&clip.path)),
+        ("kind", "clip".to_owned()),
+        ("method", s.method.name().to_owned()),
+        ("width", clip.size.width.to_string()),
+        ("height", clip.size.height.to_string()),
+        ("frames", clip.frames.to_string()),
+        ("seeds", s.seeds.to_string()),
+        ("ssim", optional(s.ssim)),
+        ("mse", s.mse.to_string()),
+        ("fps", s.fps.to_string()),
+        ("fdb", optional(s.fdb)),
+        ("e_warp", optional(s.warp_error)),
+        ("source_e_warp", optional(clip.source_warp_error)),
+        ("seeds_kept", s.seeds_kept.to_string()),
+        ("refined", refined.to_string()),
+    ]
+}
+
+fn line(text: &mut String, fields: &Fields) {
+    let field = |head: &&str| {
+        let named = fields.iter().find(|(name, _)| name == head);
+        named.map_or("", |(_, value)| value)
+    };
+    let cells: Vec<_> = HEAD.iter().map(field).collect();
+    text.push_str(&cells.join(","));
     text.push('\n');
 }
 
-fn optional(value: Option<f64>) -> String {
+fn optional(value: Option<impl ToString>) -> String {
     value.map_or_else(String::new, |v| v.to_string())
-}
-
-fn disturbed(scores: &MethodScores, disturbance: Disturbance) -> [String; 2] {
-    let found = scores.robustness.iter().find(|(d, _)| *d == disturbance).map(|(_, l)| *l);
-    [optional(found.and_then(|l| l.ssim)), optional(found.map(|l| l.mse))]
 }
 
 fn quoted(path: &Path) -> String {

@@ -2,7 +2,6 @@
 
 mod csv;
 mod page;
-mod plot;
 
 use std::path::{Path, PathBuf};
 
@@ -14,10 +13,11 @@ use polyreel::evaluate::tables::{short_name, tables};
 use polyreel::evaluate::thumbnail::thumbnail;
 use polyreel::evaluate::{Evaluation, Failure, Plan, over_white};
 use polyreel::frame::Frame;
+use polyreel::options::Points;
 use polyreel::source::{self, Input};
 
 use crate::cli::EvaluateArgs;
-use crate::{Outcome, print};
+use crate::{Outcome, print, record};
 
 /// Longest side of a picture on the page: two of them side by side on a small screen.
 const THUMBNAIL: u32 = 360;
@@ -30,11 +30,14 @@ struct Gallery {
 
 /// Evaluates every input by itself.
 pub(crate) fn evaluate(args: &EvaluateArgs) -> Result<Outcome> {
-    let plan = Plan {
-        options: args.look.plain_options()?,
-        methods: args.chosen(),
-        robustness: !args.no_robustness,
-    };
+    let options = args.look.options()?;
+    if options.points == Points::Auto {
+        return Err(Error::usage(
+            "evaluate compares methods at the same number of points: give --points N or N%; \
+             render --points auto finds the fewest",
+        ));
+    }
+    let plan = Plan { options, methods: args.chosen(), robustness: !args.no_robustness };
     if args.input.inputs.iter().any(|input| input == "-") {
         return Err(Error::usage("evaluate reads files: name pictures, clips or folders of them"));
     }
@@ -116,8 +119,8 @@ impl Work<'_> {
         };
         add("source", &over_white(&frame));
         let scores =
-            evaluate_still(file.to_owned(), &frame, bytes, &self.found.plan, &mut |m, f| {
-                add(m.name(), f);
+            evaluate_still(file.to_owned(), &frame, bytes, &self.found.plan, &mut |variant, f| {
+                add(&variant.to_string(), f);
             })?;
         shown?;
         self.found.stills.push(scores);
@@ -134,9 +137,10 @@ impl Work<'_> {
             file.to_owned(),
             &mut *frames,
             &self.found.plan,
-            &mut |method, frame| {
+            &mut |variant, frame| {
                 if pages && shown.is_ok() {
-                    shown = show(gallery, method.map_or("source", |m| m.name()), frame);
+                    let title = variant.map_or_else(|| "source".to_owned(), |v| v.to_string());
+                    shown = show(gallery, &title, frame);
                 }
             },
             &mut || {
@@ -229,14 +233,11 @@ fn write_all(args: &EvaluateArgs, found: &Evaluation, galleries: &[Gallery]) -> 
     Ok(())
 }
 
-/// Writes a file beside its place and puts it there when it is complete.
+/// Writes a file, or standard output.
 fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     if is_stdout(path) {
         return print(bytes).map(|_| ());
     }
-    let failed = |error: std::io::Error| Error::output(path, format!("cannot be written: {error}"));
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let file = crate::record::beside(folder.unwrap_or(Path::new("."))).map_err(failed)?;
-    std::fs::write(file.path(), bytes).map_err(failed)?;
-    file.persist(path).map(|_| ()).map_err(|error| failed(error.error))
+    // What may not be replaced was refused before the work began.
+    record::put(path, bytes, true)
 }

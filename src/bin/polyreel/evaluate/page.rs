@@ -2,13 +2,12 @@
 
 use std::fmt::Write as _;
 
-use polyreel::evaluate::still::MethodScores;
+use polyreel::evaluate::still::{MethodScores, StillScores};
 use polyreel::evaluate::tables::short_name;
-use polyreel::evaluate::{Evaluation, Table};
-use polyreel::options::Method;
+use polyreel::evaluate::{Evaluation, Table, Variant};
 
 use super::Gallery;
-use super::plot::{COLOURS, Line, svg};
+use crate::plot::{COLOURS, Line, Place, escaped, svg};
 
 const STYLE: &str = include_str!("page.css");
 
@@ -79,23 +78,36 @@ fn summary(found: &Evaluation) -> String {
 }
 
 fn plots(found: &Evaluation) -> String {
-    let names: Vec<_> = found.stills.iter().map(|still| short_name(&still.path)).collect();
+    let place = |(number, still): (usize, &StillScores)| Place {
+        label: number.to_string(),
+        name: short_name(&still.path),
+    };
+    let places: Vec<_> = (1..).zip(&found.stills).map(place).collect();
     let lines = |value: fn(&MethodScores) -> Option<f64>| -> Vec<Line> {
-        let line = |(i, method): (usize, &Method)| Line {
-            name: method.name().to_owned(),
-            values: found.stills.iter().map(|still| value(&still.methods[i])).collect(),
+        let coloured = || found.plan.methods.iter().zip(COLOURS.into_iter().cycle()).enumerate();
+        let line = |refined: bool| {
+            coloured().map(move |(i, (&method, colour))| Line {
+                name: Variant { method, refined }.to_string(),
+                colour,
+                dashed: refined,
+                values: found.stills.iter().map(|still| value(&still.of(refined)[i])).collect(),
+            })
         };
-        found.plan.methods.iter().enumerate().map(line).collect()
+        let refined = found.plan.refines().then(|| line(true));
+        line(false).chain(refined.into_iter().flatten()).collect()
     };
     let mut legend = String::from("<p class=\"legend\">");
-    for (method, colour) in found.plan.methods.iter().zip(COLOURS) {
+    for (method, colour) in found.plan.methods.iter().zip(COLOURS.into_iter().cycle()) {
         let _ =
             write!(legend, "<span><i style=\"background:{colour}\"></i>{}</span>", method.name());
     }
+    if found.plan.refines() {
+        legend += "<span>dashed, hollow: refined</span>";
+    }
     legend += "</p>\n";
-    let ssim = svg("SSIM over the pictures", &names, &lines(|s| s.likeness.ssim));
-    let mse = svg("MSE over the pictures", &names, &lines(|s| Some(s.likeness.mse)));
-    let time = svg("Milliseconds over the pictures", &names, &lines(|s| Some(s.ms)));
+    let ssim = svg("SSIM over the pictures", &places, &lines(|s| s.likeness.ssim));
+    let mse = svg("MSE over the pictures", &places, &lines(|s| Some(s.likeness.mse)));
+    let time = svg("Milliseconds over the pictures", &places, &lines(|s| Some(s.ms)));
     format!(
         "<section>\n<h2>SSIM over the pictures</h2>\n{legend}{ssim}<h2>MSE over the pictures</h2>\n\
          {legend}{mse}<h2>Milliseconds over the pictures</h2>\n{legend}{time}</section>\n"
@@ -127,11 +139,6 @@ fn pictures(gallery: &Gallery) -> String {
         );
     }
     html + "</div>\n"
-}
-
-/// `text` with the characters that HTML gives a meaning written as entities.
-pub(super) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// RFC 4648, section 4.
@@ -167,10 +174,5 @@ mod tests {
             assert_eq!(base64(bytes.as_bytes()), text);
         }
         assert_eq!(base64(&[255, 239, 190]), "/+++");
-    }
-
-    #[test]
-    fn markup_is_escaped() {
-        assert_eq!(escaped("<a & \"b\">"), "&lt;a &amp; &quot;b&quot;&gt;");
     }
 }

@@ -1,0 +1,96 @@
+//! From frame to frame: what stands still rests, what changes wakes.
+
+use super::*;
+
+#[test]
+fn a_still_settles_and_then_stays() {
+    let frame = picture(Size::new(120, 90), 2, 40, true);
+    let mut mesh = scattered(frame.size(), 300);
+    let best = RefineOptions { steps: 500, ..RefineOptions::best() };
+    let mut refiner = Refiner::default();
+    let refined = refiner.refine(&mut mesh, &frame, &best);
+    assert!(refined.steps < 200, "still busy after {} steps", refined.steps);
+    let settled = mesh.clone();
+    let again = refiner.resume(&mut mesh, &frame, &best);
+    assert!(again.steps < 5, "{again:?}");
+    assert_eq!((again.moved, again.flipped), (0, 0));
+    assert!(mesh == settled && again.replaced.is_empty());
+}
+
+#[test]
+fn a_still_video_stands_still_before_its_tenth_frame() {
+    let frame = picture(Size::new(120, 90), 2, 40, true);
+    let mut mesh = scattered(frame.size(), 300);
+    let mut refiner = Refiner::default();
+    refiner.refine(&mut mesh, &frame, &RefineOptions::normal());
+    let live = RefineOptions { threshold: 0.0, replace: 0.02, ..RefineOptions::live() };
+    let mut last = mesh.clone();
+    for t in 1..30 {
+        let refined = refiner.resume(&mut mesh, &frame, &live);
+        assert_eq!(mesh.check(), Ok(()));
+        if t == 1 {
+            assert!(refined.moved > 0, "nothing is left to do: this proves nothing");
+        }
+        assert!(t < 9 || mesh == last, "frame {t} differs: {refined:?}");
+        last.clone_from(&mesh);
+    }
+}
+
+/// Noise of sigma 2 neither wakes a settled mesh nor moves it.
+#[test]
+fn noise_moves_nothing() {
+    let size = Size::new(160, 120);
+    let clean = picture(size, 4, 0, true);
+    let noisy = |t: u32| {
+        let mut at = 0;
+        let noise = |v: u8| {
+            at += 1;
+            let bytes = rank(77, Purpose::Noise, at, t).to_le_bytes();
+            // Four uniform bytes: sigma 148; over 74 it is 2.
+            let sum: i32 = bytes[..4].iter().map(|&b| i32::from(b) * 2 - 255).sum();
+            (i32::from(v) + (f64::from(sum) / 148.0).round() as i32).clamp(0, 255) as u8
+        };
+        let pixels: Vec<_> = clean.pixels().iter().flatten().copied().map(noise).collect();
+        let (pixels, _) = pixels.as_chunks::<4>();
+        let opaque = pixels.iter().map(|&[r, g, b, _]| [r, g, b, 255]).collect();
+        Frame::new(size, opaque).expect("a small frame")
+    };
+    let mut mesh = scattered(size, 160);
+    let mut refiner = Refiner::default();
+    refiner.refine(&mut mesh, &noisy(0), &RefineOptions::normal());
+    let mut moved = 0;
+    for t in 1..30 {
+        let refined = refiner.resume(&mut mesh, &noisy(t), &RefineOptions::live());
+        if t >= 10 {
+            moved += refined.moved + refined.flipped + refined.replaced.len();
+        }
+    }
+    assert_eq!(moved, 0);
+}
+
+/// A frozen part wakes when the picture changes there, and only there.
+#[test]
+fn a_change_wakes_its_surroundings() {
+    let size = Size::new(160, 120);
+    let frame = picture(size, 4, 0, true);
+    let mut mesh = scattered(size, 160);
+    let mut refiner = Refiner::default();
+    refiner.refine(&mut mesh, &frame, &RefineOptions::normal());
+    for _ in 0..12 {
+        refiner.resume(&mut mesh, &frame, &RefineOptions::live());
+    }
+    let mut pixels = frame.pixels().to_vec();
+    for y in 90..110 {
+        for x in 120..140 {
+            pixels[y * 160 + x] = [255, 0, 0, 255];
+        }
+    }
+    let changed = Frame::new(size, pixels).expect("a small frame");
+    let before = mesh.clone();
+    let live = RefineOptions { replace: 0.0, ..RefineOptions::live() };
+    let refined = refiner.resume(&mut mesh, &changed, &live);
+    assert!(refined.moved > 0);
+    for (a, b) in before.vertices.iter().zip(&mesh.vertices).filter(|(a, b)| a != b) {
+        assert!(a.x > 80 * SUBPIXEL && a.y > 50 * SUBPIXEL, "{a:?} went to {b:?}");
+    }
+}
