@@ -42,6 +42,7 @@ pub mod feature;
 pub mod flow;
 pub mod frame;
 pub mod geom;
+pub mod governor;
 pub mod hex;
 pub mod mesh;
 pub mod metric;

@@ -2,8 +2,10 @@
 
 mod cells;
 mod colour;
+mod detail;
 mod names;
 mod points;
+mod preset;
 mod target;
 
 use serde::{Deserialize, Serialize};
@@ -11,8 +13,10 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 pub use cells::{CellPercentiles, Thresholds};
 pub use colour::Colour;
+pub use detail::{Detail, Look};
 pub use names::{FrontEnd, Method, Quality};
 pub use points::Points;
+pub use preset::{PRESETS, Preset};
 pub use target::Target;
 
 /// How to render: everything that decides the bytes of the output, but the input itself.
@@ -86,6 +90,15 @@ pub struct Options {
     pub diffusion_gamma: f64,
     /// Colour of lines drawn along the edges of the mesh; `None` draws none. Default `None`.
     pub outline: Option<Colour>,
+    /// Width of these lines in pixels, 1..=32. Default 1.
+    pub outline_width: u32,
+    /// Lines are only drawn between triangles whose colours differ by more than this in a channel,
+    /// 0..=255; 0 draws them along all edges. Default 0.
+    pub outline_contrast: u32,
+    /// How strong colours are, 0 (grey) to 4; 1 leaves them as they are. Default 1.
+    pub saturation: f64,
+    /// How far colours are washed out towards white, 0 (not at all) to 1 (white). Default 0.
+    pub wash: f64,
 }
 
 impl Default for Options {
@@ -116,31 +129,33 @@ impl Default for Options {
             diffusion_kappa: 50.0,
             diffusion_gamma: 0.25,
             outline: None,
+            outline_width: 1,
+            outline_contrast: 0,
+            saturation: 1.0,
+            wash: 0.0,
         }
     }
 }
 
 impl Options {
-    /// The paper to the letter: no smoothing, no refinement, no coherence.
-    pub fn paper() -> Self {
-        Self {
-            smoothing: 0,
-            interval: 5,
-            quality: Quality::Draft,
-            coherence: 0.0,
-            ..Self::default()
-        }
-    }
-
-    /// The preset called `name`.
-    ///
-    /// # Errors
-    /// When there is none of that name; the message lists those that there are.
-    pub fn preset(name: &str) -> Result<Self> {
-        match name {
-            "paper" => Ok(Self::paper()),
-            _ => Err(Error::usage(format!("there is no preset '{name}': there is 'paper'"))),
-        }
+    /// Whether seeds chosen as `other` asks may live on where these options hold: what differs, if
+    /// anything, concerns only what is done with them afterwards.
+    pub fn keeps_seeds_of(&self, other: &Self) -> bool {
+        // What is listed here is for refinement and for painting.
+        let same = Self {
+            quality: other.quality,
+            refine: other.refine,
+            regularity: other.regularity,
+            outline: other.outline,
+            outline_width: other.outline_width,
+            outline_contrast: other.outline_contrast,
+            saturation: other.saturation,
+            wash: other.wash,
+            coherence: other.coherence,
+            error: if self.points == Points::Auto { self.error } else { other.error },
+            ..self.clone()
+        };
+        same == *other
     }
 
     /// Checks every field against its range.
@@ -170,11 +185,17 @@ impl Options {
             ("coherence", self.coherence),
             ("regularity", self.regularity),
             ("interior", self.interior),
+            ("wash", self.wash),
         ] {
             if !(0.0..=1.0).contains(&value) {
                 return Err(out_of_range(name, value, "0 to 1"));
             }
         }
+        if !(0.0..=4.0).contains(&self.saturation) {
+            return Err(out_of_range("saturation", self.saturation, "0 to 4"));
+        }
+        check_range("outline-width", self.outline_width, 1, 32)?;
+        check_range("outline-contrast", self.outline_contrast, 0, 255)?;
         check_range("refine", self.refine.unwrap_or(0), 0, 1000)?;
         if let Some(target) = self.error.filter(|target| !target.is_sound()) {
             return Err(out_of_range(

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::feature::{Extractor, Features};
 use crate::frame::Frame;
 use crate::mesh::Mesh;
-use crate::options::{Options, Points};
+use crate::options::{Detail, Options, Points};
 use crate::rasterise::{Painter, Painting};
 use crate::refine::{RefineOptions, Refined, Refiner};
 use crate::sample::{Life, Sampler, Start};
@@ -67,17 +67,39 @@ impl Renderer {
         })
     }
 
+    /// Changes the options from the next frame on. The mesh lives on where what changed only concerns
+    /// what is done with it (coherence, refinement, outline); else the next frame begins anew.
+    ///
+    /// # Errors
+    /// When an option is out of range; nothing is changed then.
+    pub fn retune(&mut self, options: &Options) -> Result<()> {
+        options.validate()?;
+        self.extractor.retune(options);
+        self.mesher.retune(options);
+        self.painter.retune(options);
+        Ok(())
+    }
+
     /// The next frame as low-poly art.
     ///
     /// # Errors
     /// Where [`Options::error`] cannot be measured (SSIM of a frame smaller than its window), or not be
     /// reached by any number of [`Points::Auto`].
     pub fn render(&mut self, frame: &Frame) -> Result<Rendered> {
-        let features = self.extractor.extract(frame);
-        let (mut mesh, fresh) = triangulate_start(frame, self.mesher.sample(&features, frame)?)?;
-        let refined = self.mesher.refine(&mut mesh, frame, fresh)?;
+        self.render_in(frame, &Detail::FULL)
+    }
+
+    /// The next frame, at the cost of `detail`.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_in(&mut self, frame: &Frame, detail: &Detail) -> Result<Rendered> {
+        let features = self.extractor.extract(frame, detail.look);
+        let (mut mesh, fresh) =
+            triangulate_start(frame, self.mesher.sample(&features, frame, detail)?)?;
+        let refined = self.mesher.refine(&mut mesh, frame, fresh, detail)?;
         let life = self.mesher.remember(&mesh, fresh, &refined);
-        let painting = self.painter.paint(&mesh, frame, fresh);
+        let painting = self.painter.paint(&mesh, frame, fresh, detail.rows);
         let (refine_steps, likeness) = (refined.steps, refined.likeness);
         let candidates = features.candidates.len();
         Ok(Rendered { painting, mesh, life, refine_steps, likeness, candidates })
@@ -88,6 +110,9 @@ impl Renderer {
 /// frame starts from: sample, triangulate, refine.
 #[derive(Debug)]
 pub struct Mesher {
+    /// What was asked for.
+    asked: Options,
+    /// The same with [`Points::Auto`] as the number that was found.
     options: Options,
     sampler: Sampler,
     refiner: Refiner,
@@ -96,8 +121,22 @@ pub struct Mesher {
 impl Mesher {
     /// As `options` ask for it.
     pub fn new(options: &Options) -> Self {
-        let sampler = Sampler::new(options);
-        Self { options: options.clone(), sampler, refiner: Refiner::default() }
+        Self {
+            asked: options.clone(),
+            options: options.clone(),
+            sampler: Sampler::new(options),
+            refiner: Refiner::default(),
+        }
+    }
+
+    /// Changes the options from the next frame on, see [`Sampler::retune`]. A number found for
+    /// [`Points::Auto`] stays as long as what it was found for.
+    pub fn retune(&mut self, options: &Options) {
+        let points =
+            if options.keeps_seeds_of(&self.asked) { self.options.points } else { options.points };
+        self.asked = options.clone();
+        self.options = Options { points, ..options.clone() };
+        self.sampler.retune(&self.options);
     }
 
     /// Level two: see [`Sampler::sample`]. The first time, [`Points::Auto`] is found and becomes a
@@ -105,21 +144,33 @@ impl Mesher {
     ///
     /// # Errors
     /// When no number of points reaches the target, or it cannot be measured.
-    pub fn sample(&mut self, features: &Features, frame: &Frame) -> Result<Start> {
+    pub fn sample(&mut self, features: &Features, frame: &Frame, detail: &Detail) -> Result<Start> {
         if let (Points::Auto, Some(target)) = (self.options.points, self.options.error) {
             let count = fewest(&self.options, target, features, frame)?;
             self.options.points = Points::Count(count);
-            self.sampler = Sampler::new(&self.options);
+            self.sampler.retune(&self.options);
         }
-        Ok(self.sampler.sample(features))
+        Ok(self.sampler.sample(features, detail))
     }
 
-    /// Level three: refines `mesh`, anew when it is `fresh`, else as the mesh of the frame before.
+    /// Steps of refinement that the options ask for, of a fresh mesh or of one that lives on.
+    pub fn asked(&self, fresh: bool) -> u32 {
+        RefineOptions::plan(&self.options, fresh).steps
+    }
+
+    /// Level three: refines `mesh`, anew when it is `fresh`, else as the mesh of the frame before, at
+    /// the cost of `detail`.
     ///
     /// # Errors
     /// When [`Options::error`] cannot be measured on a frame of this size.
-    pub fn refine(&mut self, mesh: &mut Mesh, frame: &Frame, fresh: bool) -> Result<Refined> {
-        let plan = RefineOptions::plan(&self.options, fresh);
+    pub fn refine(
+        &mut self,
+        mesh: &mut Mesh,
+        frame: &Frame,
+        fresh: bool,
+        detail: &Detail,
+    ) -> Result<Refined> {
+        let plan = RefineOptions::plan(&self.options, fresh).at(detail);
         Ok(match self.options.error {
             Some(target) if fresh => {
                 reach(target, &mut self.refiner, mesh, frame, &plan, &mut |_| ())?

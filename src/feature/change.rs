@@ -2,6 +2,7 @@
 
 use crate::flow::motion::{Motion, Small, block_correlations, block_differences, blocks};
 use crate::frame::Frame;
+use crate::geom::Size;
 
 /// Mean difference of luma in a block of a small picture, 0..255, above which the block has changed.
 /// Grain of standard deviation 4 leaves about 1 there (16 pixels' mean, mean absolute value); the
@@ -57,6 +58,13 @@ impl Watcher {
             Some(seen) => self.compare(seen, small),
             None => self.begin(small),
         }
+    }
+
+    /// Passes a frame of `size` without looking at it, as one at rest; the next one is compared with
+    /// the last one seen. `None` where none of that size was.
+    pub fn pause(&self, size: Size) -> Option<Motion> {
+        let seen = self.seen.as_ref().filter(|seen| seen.previous.size == size)?;
+        Some(Motion::rest(&seen.previous))
     }
 
     fn begin(&mut self, small: Small) -> Change {
@@ -153,7 +161,6 @@ fn histogram_distance(a: &Small, b: &Small) -> f32 {
 mod tests {
     use super::*;
     use crate::chance::{Purpose, unit};
-    use crate::geom::Size;
 
     const SIZE: Size = Size::new(320, 200);
 

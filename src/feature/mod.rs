@@ -6,6 +6,7 @@ pub mod diffusion;
 pub mod edges;
 pub mod entropy;
 mod front;
+mod half;
 mod lab;
 pub mod lottery;
 pub mod maps;
@@ -16,7 +17,7 @@ pub mod slic;
 pub mod smooth;
 
 use crate::frame::Frame;
-use crate::options::Options;
+use crate::options::{Look, Options};
 use crate::plane::Plane;
 use change::{Change, Watcher};
 use mask::Mask;
@@ -46,21 +47,44 @@ impl From<Mask> for Features {
 pub struct Extractor {
     options: Options,
     watcher: Watcher,
+    /// Whether the next frame must begin anew, whatever it shows.
+    anew: bool,
 }
 
 impl Extractor {
     /// Level one as `options` ask for it, which must be valid ([`Options::validate`]).
     pub fn new(options: &Options) -> Self {
-        Self { options: options.clone(), watcher: Watcher::default() }
+        Self { options: options.clone(), watcher: Watcher::default(), anew: false }
     }
 
-    /// The features of the next frame.
-    pub fn extract(&mut self, frame: &Frame) -> Features {
-        let change =
-            if self.options.coherence > 0.0 { self.watcher.watch(frame) } else { Change::Shot };
+    /// Changes the options, which must be valid, from the next frame on. It begins anew if seeds that
+    /// were chosen before could not live on, see [`Options::keeps_seeds_of`].
+    pub fn retune(&mut self, options: &Options) {
+        self.anew |= !options.keeps_seeds_of(&self.options);
+        self.options = options.clone();
+    }
+
+    /// The features of the next frame, as well as `look` says.
+    pub fn extract(&mut self, frame: &Frame, look: Look) -> Features {
+        if look == Look::Reuse
+            && !self.anew
+            && self.options.coherence > 0.0
+            && let Some(motion) = self.watcher.pause(frame.size())
+        {
+            return Features { change: Change::Goes(motion), ..Mask::new(frame.size()).into() };
+        }
+        let change = if self.options.coherence > 0.0 {
+            self.watcher.watch(frame)
+        } else {
+            // Nobody watches this frame: none can be compared with those before it any more.
+            self.watcher = Watcher::default();
+            Change::Shot
+        };
+        let anew = std::mem::take(&mut self.anew);
         match change {
-            Change::Shot => self.features(frame),
-            Change::Goes(_) => Features { change, ..Mask::new(frame.size()).into() },
+            Change::Goes(_) if !anew => Features { change, ..Mask::new(frame.size()).into() },
+            _ if look == Look::Full => self.features(frame),
+            _ => half::features(self, frame),
         }
     }
 

@@ -9,7 +9,9 @@ use crate::error::Result;
 use crate::source::{Decoded, Source};
 use crate::stage::Stage;
 
-use super::hop::{Admitted, Ticket};
+use super::controls::Controls;
+use super::hop::{Admitted, Orders, Ticket};
+use super::pilot::Pilot;
 use super::report::FrameReport;
 use super::station::Station;
 
@@ -33,6 +35,10 @@ impl Stop {
 /// Where frames are let in.
 #[derive(Debug)]
 pub(super) struct Door<'a> {
+    /// What is asked for.
+    pub(super) controls: &'a Controls,
+    /// What decides the detail.
+    pub(super) pilot: &'a Pilot,
     /// The user's wish to stop.
     pub(super) stop: &'a Stop,
     /// Set when the rest of the pipeline has ended.
@@ -82,15 +88,24 @@ pub(super) fn decode(
         if door.is_shut() {
             return;
         }
+        source.wait();
         let mut report = FrameReport::new(index);
         let hop = match station.clock.time(Stage::Decode, &mut report, || source.next()) {
-            Ok(None) => return,
+            Ok(None) if door.stop.is_requested() => return,
+            Ok(None) => match door.pilot.end(index) {
+                Ok(()) => return,
+                Err(error) => Err(error),
+            },
             // What interrupts us may interrupt a program that we read from as well.
             Err(_) if door.stop.is_requested() => return,
             Err(error) => Err(error),
             Ok(Some(Decoded { frame, span })) => {
                 report.pts_s = span.start.to_f64();
-                Ok(Admitted { ticket: Ticket { span, report }, frame })
+                let options = door.controls.options();
+                door.pilot.detail(index).map(|detail| {
+                    let orders = Orders { options, detail };
+                    Admitted { ticket: Ticket { orders, asked: 0, span, report }, frame }
+                })
             }
         };
         if !door.admit(&station, hop) {

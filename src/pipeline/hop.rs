@@ -3,16 +3,44 @@
 //! A channel carries `Result<hop>`: an error takes the place of the frame on which it happened, so
 //! that the first error in frame order is the one that arrives.
 
+use std::sync::Arc;
+
 use crate::feature::Features;
 use crate::frame::{Frame, Span};
 use crate::mesh::Mesh;
-use crate::sink::Picture;
+use crate::options::{Detail, Options};
+use crate::sink::{Origin, Picture};
 
 use super::report::FrameReport;
+
+/// How a frame is to be rendered. Every stage works by the orders of its frame, not by what holds when
+/// the frame gets there: so all stages change at the same frame.
+#[derive(Clone, Debug)]
+pub(super) struct Orders {
+    /// What was asked for when the frame was let in.
+    pub(super) options: Arc<Options>,
+    /// What it may cost.
+    pub(super) detail: Detail,
+}
+
+impl Orders {
+    /// The options, if they are others than `last`, which they become.
+    pub(super) fn news(&self, last: &mut Arc<Options>) -> Option<&Options> {
+        if Arc::ptr_eq(last, &self.options) {
+            return None;
+        }
+        last.clone_from(&self.options);
+        Some(&self.options)
+    }
+}
 
 /// What accompanies a frame all the way to the sink.
 #[derive(Debug)]
 pub(super) struct Ticket {
+    /// How it is to be rendered.
+    pub(super) orders: Orders,
+    /// Refinement steps that the options ask for, once the mesh's thread has seen it.
+    pub(super) asked: u32,
     /// When the frame is shown.
     pub(super) span: Span,
     /// What the stages so far have to say of it.
@@ -49,4 +77,6 @@ pub(super) struct Meshed {
 pub(super) struct Painted {
     pub(super) report: FrameReport,
     pub(super) picture: Picture,
+    /// Where the sink looks at it.
+    pub(super) origin: Option<Origin>,
 }

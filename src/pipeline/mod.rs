@@ -13,8 +13,11 @@
 //! The pictures are those of [`crate::render::Renderer`], byte for byte.
 
 mod admission;
+mod controls;
 mod histogram;
 mod hop;
+mod pilot;
+mod replay;
 mod report;
 mod station;
 
@@ -28,17 +31,21 @@ use crossbeam_channel::{Receiver, Sender, bounded};
 
 use crate::error::{Error, Result};
 use crate::feature::Extractor;
-use crate::options::{Options, Target};
+use crate::options::Options;
 use crate::rasterise::Painter;
 use crate::render::{Mesher, triangulate_start};
-use crate::sink::{Picture, Sink};
+use crate::sink::{Origin, Picture, Sink};
 use crate::source::Source;
 use crate::stage::Stage;
 
 pub use admission::Stop;
 use admission::{Door, decode};
+pub use controls::Controls;
 use histogram::StageHistograms;
-use hop::{Admitted, Featured, Meshed, Painted, Ticket};
+use hop::{Admitted, Featured, Meshed, Orders, Painted, Ticket};
+pub use pilot::Guide;
+use pilot::{Pilot, longest};
+pub use replay::Script;
 pub use report::{
     BudgetReport, Ending, FrameReport, InputReport, OutputReport, Report, StageTimes, Summary,
 };
@@ -56,6 +63,11 @@ const ROOM: usize = 1;
 pub struct Settings {
     /// How to render.
     pub options: Options,
+    /// Options that may change during the run, in place of [`Settings::options`]. Default `None`: they
+    /// stay.
+    pub controls: Option<Controls>,
+    /// What decides how much detail frames have. Default [`Guide::Options`].
+    pub guide: Guide,
     /// Threads that work inside frames, in a pool of this run's own; `None` takes rayon's global pool,
     /// a thread a core. The stages' own threads come on top. Default `None`.
     pub threads: Option<NonZeroUsize>,
@@ -97,33 +109,41 @@ pub fn run(
     observer: &mut dyn Observer,
     stop: &Stop,
 ) -> Result<Summary> {
-    settings.options.validate()?;
+    let controls = match &settings.controls {
+        Some(controls) => controls.clone(),
+        None => Controls::new(settings.options.clone())?,
+    };
     let pool = &Pool::new(settings.threads)?;
+    let pilot = &Pilot::new(&settings.guide);
     let began = Instant::now();
     let over = AtomicBool::new(false);
     let dropped = AtomicU64::new(0);
     let mut histograms = StageHistograms::new();
     let (mut frames, mut short, mut least) = (0, 0, None);
-    let enough = settings.options.error.map_or(f64::NEG_INFINITY, Target::value);
+    let allowed = settings.guide.budget();
+    let mut budget = BudgetReport::new(allowed);
     let ending = thread::scope(|scope| {
         let end = End(&over);
         let (admit, admitted) = bounded(ROOM);
         let queue = settings.live.then(|| admitted.clone());
-        let door = Door { stop, over: &over, queue, dropped: &dropped };
+        let door = Door { controls: &controls, pilot, stop, over: &over, queue, dropped: &dropped };
         let station = Station::new(Stage::Decode, admit);
         let decoding = spawn(scope, "decode", move || decode(start, station, &door))?;
-        let (chain, painted) = spawn_chain(scope, admitted, &settings.options, pool)?;
+        let keep_origin = sink.wants_origin();
+        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, pool, keep_origin)?;
         let (tell, told) = bounded(ROOM);
         let delivery = Delivery { sink, tell, stop, keep_truncated: settings.allow_truncated };
         let encoding = spawn(scope, "encode", move || delivery.run(painted))?;
 
         for report in told {
             frames += 1;
+            short += u64::from(report.short);
             if let Some(likeness) = report.likeness {
-                short += u64::from(likeness < enough);
                 least = Some(least.map_or(likeness, |least: f64| least.min(likeness)));
             }
             histograms.add(&report.timing);
+            budget.missed += u64::from(allowed.is_some_and(|most| longest(&report.timing) > most));
+            budget.changes += report.changes.len() as u64;
             if observer.frame_done(&report).is_break() {
                 stop.request();
             }
@@ -139,6 +159,7 @@ pub fn run(
         dropped: dropped.into_inner(),
         short,
         likeness: least,
+        budget,
         wall: began.elapsed(),
         stages: StageTimes(histograms.percentiles()),
         ending,
@@ -161,26 +182,49 @@ type Chain<'s> = (Vec<ScopedJoinHandle<'s, ()>>, Receiver<Result<Painted>>);
 fn spawn_chain<'s, 'e>(
     scope: &'s Scope<'s, 'e>,
     admitted: Receiver<Result<Admitted>>,
-    options: &'e Options,
+    controls: &Controls,
+    pilot: &'e Pilot,
     pool: &'e Pool,
+    keep_origin: bool,
 ) -> Result<Chain<'s>> {
+    let options = controls.options();
     let (extract, extracted) = bounded(ROOM);
     let station = Station::new(Stage::Features, extract);
-    let mut extractor = Extractor::new(options);
+    let mut extractor = Extractor::new(&options);
+    let mut tuned = options.clone();
     let extracting = spawn(scope, "features", move || {
-        station.run(admitted, |clock, hop| features(&mut extractor, hop, clock, pool));
+        station.run(admitted, |clock, hop| {
+            if let Some(options) = hop.ticket.orders.news(&mut tuned) {
+                extractor.retune(options);
+            }
+            features(&mut extractor, hop, clock, pilot, pool)
+        });
     })?;
     let (mesh, meshed) = bounded(ROOM);
     let station = Station::new(Stage::Sample, mesh);
-    let mut mesher = Mesher::new(options);
+    let mut mesher = Mesher::new(&options);
+    let mut tuned = options.clone();
     let meshing = spawn(scope, "mesh", move || {
-        station.run(extracted, |clock, hop| build_mesh(&mut mesher, hop, clock, pool));
+        station.run(extracted, |clock, hop| {
+            if let Some(options) = hop.ticket.orders.news(&mut tuned) {
+                mesher.retune(options);
+            }
+            build_mesh(&mut mesher, hop, clock, pilot, pool)
+        });
     })?;
     let (paint, painted) = bounded(ROOM);
     let station = Station::new(Stage::Rasterise, paint);
-    let mut painter = Painter::new(options);
+    let mut painter = Painter::new(&options);
+    let mut tuned = options;
     let painting = spawn(scope, "rasterise", move || {
-        station.run(meshed, |clock, hop| fill(&mut painter, hop, clock, pool));
+        station.run(meshed, |clock, hop| {
+            if let Some(options) = hop.ticket.orders.news(&mut tuned) {
+                painter.retune(options);
+            }
+            let mut painted = fill(&mut painter, hop, clock, pilot, pool)?;
+            painted.origin = painted.origin.filter(|_| keep_origin);
+            Ok(painted)
+        });
     })?;
     Ok((vec![extracting, meshing, painting], painted))
 }
@@ -190,13 +234,17 @@ fn features(
     extractor: &mut Extractor,
     hop: Admitted,
     clock: &mut Clock,
+    pilot: &Pilot,
     pool: &Pool,
 ) -> Result<Featured> {
     let Admitted { mut ticket, frame } = hop;
+    pilot.before_features(&mut ticket);
+    let look = ticket.orders.detail.look;
     let report = &mut ticket.report;
     let features =
-        pool.work(|| clock.time(Stage::Features, report, || Ok(extractor.extract(&frame))))?;
+        pool.work(|| clock.time(Stage::Features, report, || Ok(extractor.extract(&frame, look))))?;
     report.candidates = features.candidates.len();
+    pilot.after_features(&ticket, &features);
     Ok(Featured { ticket, frame, features })
 }
 
@@ -205,16 +253,20 @@ fn build_mesh(
     mesher: &mut Mesher,
     hop: Featured,
     clock: &mut Clock,
+    pilot: &Pilot,
     pool: &Pool,
 ) -> Result<Meshed> {
     let Featured { mut ticket, frame, features } = hop;
+    pilot.before_mesh(&mut ticket, &features, mesher);
+    let Orders { options, detail } = &ticket.orders;
     let report = &mut ticket.report;
-    let start =
-        pool.work(|| clock.time(Stage::Sample, report, || mesher.sample(&features, &frame)))?;
+    let start = pool
+        .work(|| clock.time(Stage::Sample, report, || mesher.sample(&features, &frame, detail)))?;
     let (mut mesh, fresh) =
         pool.work(|| clock.time(Stage::Triangulate, report, || triangulate_start(&frame, start)))?;
-    let refined = pool
-        .work(|| clock.time(Stage::Refine, report, || mesher.refine(&mut mesh, &frame, fresh)))?;
+    let refined = pool.work(|| {
+        clock.time(Stage::Refine, report, || mesher.refine(&mut mesh, &frame, fresh, detail))
+    })?;
     let life = mesher.remember(&mesh, fresh, &refined);
     report.seeds = mesh.seeds().len();
     report.seeds_kept = life.kept;
@@ -225,16 +277,32 @@ fn build_mesh(
     report.triangles = mesh.triangles.len();
     report.refine_steps = refined.steps;
     report.likeness = refined.likeness;
+    report.short = options
+        .error
+        .zip(refined.likeness)
+        .is_some_and(|(target, likeness)| likeness < target.value());
+    pilot.after_mesh(report, fresh);
     Ok(Meshed { ticket, frame, mesh, fresh })
 }
 
 /// Mean colours, and the picture.
-fn fill(painter: &mut Painter, hop: Meshed, clock: &mut Clock, pool: &Pool) -> Result<Painted> {
-    let Meshed { ticket: Ticket { span, mut report }, frame, mesh, fresh } = hop;
+fn fill(
+    painter: &mut Painter,
+    hop: Meshed,
+    clock: &mut Clock,
+    pilot: &Pilot,
+    pool: &Pool,
+) -> Result<Painted> {
+    let Meshed { mut ticket, frame, mesh, fresh } = hop;
+    pilot.before_painting(&mut ticket);
+    let Ticket { orders, span, mut report, .. } = ticket;
+    let rows = orders.detail.rows;
     let painting = pool.work(|| {
-        clock.time(Stage::Rasterise, &mut report, || Ok(painter.paint(&mesh, &frame, fresh)))
+        clock.time(Stage::Rasterise, &mut report, || Ok(painter.paint(&mesh, &frame, fresh, rows)))
     })?;
-    Ok(Painted { report, picture: Picture { frame: painting.frame, fills: painting.fills, span } })
+    pilot.after_painting(&report);
+    let picture = Picture { frame: painting.frame, fills: painting.fills, span };
+    Ok(Painted { report, picture, origin: Some(Origin { frame, mesh }) })
 }
 
 /// The end of the chain: the sink, and the way to the observer.
@@ -251,14 +319,18 @@ impl Delivery<'_> {
         let mut clock = Clock::new(Stage::Encode);
         let mut written = 0u64;
         for hop in inbox {
-            let Painted { mut report, picture } = match hop {
+            let Painted { mut report, picture, origin } = match hop {
                 Ok(hop) => hop,
                 Err(error) if self.keep_truncated && written > 0 && is_truncation(&error) => {
                     return self.finish(Ending::Truncated(error));
                 }
                 Err(error) => return Err(error),
             };
-            match clock.time(Stage::Encode, &mut report, || self.sink.write(picture)) {
+            let written_out = clock.time(Stage::Encode, &mut report, || match origin {
+                Some(origin) => self.sink.write_with_origin(picture, origin),
+                None => self.sink.write(picture),
+            });
+            match written_out {
                 Err(Error::Closed) => return Ok(Ending::Closed),
                 done => done?,
             }

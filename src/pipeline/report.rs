@@ -7,6 +7,8 @@ use serde::ser::{Serialize, SerializeMap, Serializer};
 use crate::error::Error;
 use crate::frame::StreamInfo;
 use crate::geom::Size;
+use crate::governor::Change;
+use crate::options::{Detail, Options};
 use crate::stage::{Percentiles, Stage, Timing};
 
 /// How one frame came to be, in figures.
@@ -35,8 +37,16 @@ pub struct FrameReport {
     /// Likeness to the source in the measure of `--error`, of frames that were refined to a target.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub likeness: Option<f64>,
+    /// Whether that is less than was asked for.
+    #[serde(skip)]
+    pub short: bool,
     /// Share of the full quality that was asked for, 1 without a budget.
     pub detail: f64,
+    /// The same exactly: what a replay needs.
+    pub orders: Detail,
+    /// What the governor changed at this frame, and why.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<Change>,
     /// Whether a new shot begins with it.
     pub cut: bool,
     /// Time at work in each stage.
@@ -59,7 +69,10 @@ impl FrameReport {
             triangles: 0,
             refine_steps: 0,
             likeness: None,
+            short: false,
             detail: 1.0,
+            orders: Detail::FULL,
+            changes: Vec::new(),
             cut: false,
             timing: Timing::default(),
         }
@@ -119,6 +132,8 @@ pub struct Summary {
     pub short: u64,
     /// The least likeness of the frames that were refined to a target.
     pub likeness: Option<f64>,
+    /// How the time budget was kept.
+    pub budget: BudgetReport,
     /// From start to finished output.
     pub wall: Duration,
     /// Median and tails of the stages' times, within 0.8 %.
@@ -142,6 +157,8 @@ pub struct Report {
     pub input: InputReport,
     /// What was written.
     pub output: OutputReport,
+    /// How it was rendered.
+    pub options: Options,
     /// Frames written.
     pub frames: u64,
     /// Frames of a live source that were not taken in.
@@ -163,18 +180,20 @@ impl Report {
     pub fn new(
         input: InputReport,
         output: OutputReport,
+        options: Options,
         summary: &Summary,
         per_frame: Vec<FrameReport>,
     ) -> Self {
         Self {
             input,
             output,
+            options,
             frames: summary.frames,
             dropped: summary.dropped,
             wall_s: summary.wall.as_secs_f64(),
             fps: summary.fps(),
             stages: summary.stages,
-            budget: BudgetReport::default(),
+            budget: summary.budget,
             per_frame,
         }
     }
@@ -208,8 +227,17 @@ pub struct OutputReport {
 pub struct BudgetReport {
     /// Time for each frame; `None` when none was set.
     pub ms: Option<f64>,
-    /// Frames that took longer.
+    /// Frames for which one of the threads between decode and encode (level one; sample, triangulate
+    /// and refine; the rasteriser) took longer. Decode and encode wait for other programs and are not
+    /// counted.
     pub missed: u64,
-    /// How often the detail was changed.
+    /// How often a part of the detail was changed.
     pub changes: u64,
+}
+
+impl BudgetReport {
+    /// The report of a run with this much time for a frame, before it began.
+    pub(super) fn new(time: Option<Duration>) -> Self {
+        Self { ms: time.map(|time| time.as_secs_f64() * 1e3), ..Self::default() }
+    }
 }

@@ -1,16 +1,19 @@
 //! Mean colours of the triangles, and the picture that they make.
 
 pub mod memory;
+mod sparse;
+mod style;
 
 use rayon::prelude::*;
 
-use crate::draw;
 use crate::frame::{Fill, Frame, Rgba};
 use crate::geom::Point;
 use crate::mesh::Mesh;
 use crate::options::Options;
 use crate::scan;
 use memory::Memory;
+use sparse::sparse_means;
+use style::Style;
 
 /// A painted mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +34,7 @@ const PACK: usize = 512;
 /// Paints frame after frame; the colours of triangles that live on are remembered.
 #[derive(Debug)]
 pub struct Painter {
-    outline: Option<Rgba>,
+    style: Style,
     coherence: f64,
     memory: Memory,
 }
@@ -39,21 +42,27 @@ pub struct Painter {
 impl Painter {
     /// A painter as `options` ask for it.
     pub fn new(options: &Options) -> Self {
-        let outline = options.outline.map(|colour| colour.0);
-        Self { outline, coherence: options.coherence, memory: Memory::default() }
+        let style = Style::of(options);
+        Self { style, coherence: options.coherence, memory: Memory::default() }
+    }
+
+    /// Changes the options from the next frame on.
+    pub fn retune(&mut self, options: &Options) {
+        self.style = Style::of(options);
+        self.coherence = options.coherence;
     }
 
     /// Paints the next frame, see [`rasterise`]. `fresh` says that its mesh has nothing to do with the
-    /// last one.
-    pub fn paint(&mut self, mesh: &Mesh, frame: &Frame, fresh: bool) -> Painting {
-        let mut fills = means(mesh, frame);
+    /// last one; mean colours are taken from every `rows`-th row, where a triangle has enough of them.
+    pub fn paint(&mut self, mesh: &Mesh, frame: &Frame, fresh: bool, rows: u32) -> Painting {
+        let mut fills = if rows > 1 { sparse_means(mesh, frame, rows) } else { means(mesh, frame) };
         if fresh {
             self.memory.forget();
         }
         if self.coherence > 0.0 {
             self.memory.steady(mesh, &mut fills, self.coherence);
         }
-        paint(mesh, fills, self.outline)
+        paint(mesh, fills, &self.style)
     }
 }
 
@@ -63,16 +72,16 @@ impl Painter {
 /// A transparent pixel weighs nothing in the mean; the triangle's alpha is the mean alpha. Mesh and
 /// frame must have one size.
 pub fn rasterise(mesh: &Mesh, frame: &Frame, outline: Option<Rgba>) -> Painting {
-    paint(mesh, means(mesh, frame), outline)
+    paint(mesh, means(mesh, frame), &Style::plain(outline))
 }
 
-fn paint(mesh: &Mesh, mut fills: Vec<Fill>, outline: Option<Rgba>) -> Painting {
+fn paint(mesh: &Mesh, mut fills: Vec<Fill>, style: &Style) -> Painting {
     let mut pixels = vec![[0; 4]; mesh.size.pixels()];
+    let lined = style.outline.is_some();
+    let colours = if lined { fills.iter().map(|f| f.colour).collect() } else { Vec::new() };
+    style.grade(&mut fills);
     fill(mesh, &fills, &mut pixels);
-    if let Some(colour) = outline {
-        let area = draw::edges(&mut pixels, mesh, colour);
-        fills.push(Fill { colour, area });
-    }
+    fills.extend(style.draw(&mut pixels, mesh, &colours));
     let frame = Frame::new(mesh.size, pixels).expect("as many pixels as the mesh covers");
     Painting { frame, fills }
 }

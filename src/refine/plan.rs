@@ -1,7 +1,7 @@
 //! How much a frame is refined.
 
 use super::RefineOptions;
-use crate::options::{Options, Quality};
+use crate::options::{Detail, Options, Quality};
 
 /// The least number of steps that the first frame of a shot gets, where any are done at all: the
 /// frames after it start from its mesh.
@@ -14,6 +14,14 @@ impl RefineOptions {
     pub fn plan(options: &Options, fresh: bool) -> Self {
         let plan = if fresh { Self::fresh(options) } else { Self::next(options) };
         Self { regularity: options.regularity, ..plan }
+    }
+
+    /// The same plan at the cost of `detail`, which may name another number of steps; where there were
+    /// none there are none.
+    #[must_use]
+    pub fn at(self, detail: &Detail) -> Self {
+        let steps = detail.steps.filter(|_| self.steps > 0).unwrap_or(self.steps);
+        Self { steps, ..self }
     }
 
     fn fresh(options: &Options) -> Self {

@@ -4,6 +4,7 @@ pub mod bands;
 pub mod border;
 pub mod carry;
 pub mod density;
+mod occupy;
 pub mod spread;
 pub mod suppress;
 pub mod thin;
@@ -14,11 +15,12 @@ use crate::feature::change::Change;
 use crate::geom::{Point, Size};
 use crate::hex::HexGrid;
 use crate::mesh::Mesh;
-use crate::options::{Method, Options};
+use crate::options::{Detail, Method, Options};
 use bands::share_bands;
 use border::border_points;
 use carry::carry;
 use density::{Binned, Quota};
+use occupy::occupy;
 use spread::spread;
 use suppress::suppress;
 use thin::thin;
@@ -58,12 +60,31 @@ pub struct Sampler {
     living: Option<Mesh>,
     /// Where its seeds were.
     before: Vec<Point>,
+    /// Seeds, per cent of those that were asked for.
+    seeds: u32,
+    /// How many seeds live on in a mesh whose seeds have become fewer or more.
+    survivors: Option<usize>,
 }
 
 impl Sampler {
     /// Level two as `options` ask for it.
     pub fn new(options: &Options) -> Self {
-        Self { options: options.clone(), living: None, before: Vec::new() }
+        Self {
+            options: options.clone(),
+            living: None,
+            before: Vec::new(),
+            seeds: Detail::FULL.seeds,
+            survivors: None,
+        }
+    }
+
+    /// Changes the options from the next frame on. The mesh lives on if seeds that were chosen before
+    /// may, see [`Options::keeps_seeds_of`].
+    pub fn retune(&mut self, options: &Options) {
+        if !options.keeps_seeds_of(&self.options) || options.coherence == 0.0 {
+            self.living = None;
+        }
+        self.options = options.clone();
     }
 
     /// The grid over a frame of `size`. It depends on nothing else, so that it stays the same for a
@@ -86,9 +107,12 @@ impl Sampler {
 
     /// What the next frame's mesh starts from: the last mesh that was [remembered](Self::remember),
     /// moved with the picture; or fresh seeds for the first frame of a shot, and for every frame
-    /// without coherence.
-    pub fn sample(&mut self, features: &Features) -> Start {
+    /// without coherence. Where `detail` asks for fewer or more seeds than the frame before had, cells of
+    /// the grid are given up or occupied, and the other seeds live on.
+    pub fn sample(&mut self, features: &Features, detail: &Detail) -> Start {
         let size = features.candidates.size();
+        let before = std::mem::replace(&mut self.seeds, detail.seeds);
+        self.survivors = None;
         let living = self.living.take();
         self.before.clear();
         self.before.extend(living.iter().flat_map(|mesh| mesh.seeds()));
@@ -97,7 +121,17 @@ impl Sampler {
                 if self.options.coherence < 1.0 {
                     carry(&mut mesh, motion);
                 }
-                Start::Mesh(mesh)
+                if before == self.seeds {
+                    return Start::Mesh(mesh);
+                }
+                // The number that was asked for, where it follows from the grid, is told by the mesh.
+                let now = match self.counted(size) {
+                    Some(target) => target,
+                    None => mesh.seeds().len() * self.seeds as usize / before.max(1) as usize,
+                };
+                let occupied = occupy(&mesh, now, &self.grid(size), self.options.seed);
+                self.survivors = Some(occupied.survivors);
+                Start::Seeds(occupied.seeds)
             }
             _ => Start::Seeds(self.choose(features)),
         }
@@ -110,6 +144,10 @@ impl Sampler {
         let seeds = mesh.seeds();
         if self.options.coherence > 0.0 {
             self.living = Some(mesh.clone());
+        }
+        if let Some(moved) = self.survivors.take() {
+            let (born, died) = (seeds.len() - moved, self.before.len() - moved);
+            return Life { moved, born, died, ..Life::default() };
         }
         if fresh {
             let died = self.before.len();
@@ -130,20 +168,27 @@ impl Sampler {
         let size = features.candidates.size();
         let seed = self.options.seed;
         let grid = self.grid(size);
-        let mut seeds;
-        let mut inside;
-        if self.options.method == Method::Hrlp && self.options.hex_density.is_some() {
-            inside = self.binned(features, &grid).keep(1.0);
-            seeds = border_points(size, border_count(size, inside.len()));
-        } else {
-            let target = self.options.points.target(size);
-            seeds = border_points(size, border_count(size, target));
-            let target = target - seeds.len();
-            inside = self.pick(features, &grid, target);
-            spread(&mut inside, target, &grid, seed);
-        }
+        let Some(target) = self.counted(size) else {
+            let inside = self.binned(features, &grid).keep(f64::from(self.seeds) / 100.0);
+            let mut seeds = border_points(size, border_count(size, inside.len()));
+            seeds.extend(inside.iter().map(|&(x, y)| Point::pixel_centre(x, y)));
+            return seeds;
+        };
+        let mut seeds = border_points(size, border_count(size, target));
+        let target = target - seeds.len();
+        let mut inside = self.pick(features, &grid, target);
+        spread(&mut inside, target, &grid, seed);
         seeds.extend(inside.iter().map(|&(x, y)| Point::pixel_centre(x, y)));
         seeds
+    }
+
+    /// The number of seeds of a frame of `size`; `None` where it follows from the grid.
+    fn counted(&self, size: Size) -> Option<usize> {
+        if self.options.method == Method::Hrlp && self.options.hex_density.is_some() {
+            return None;
+        }
+        let asked = self.options.points.target(size);
+        Some((asked * self.seeds as usize).div_ceil(100))
     }
 
     /// At most `target` pixels, by the method's own level two.

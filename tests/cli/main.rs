@@ -1,6 +1,7 @@
 //! The program itself, on inputs made here: what it writes, says and returns.
 
 mod bad;
+mod budget;
 mod evaluate;
 mod interrupt;
 mod render;

@@ -1,5 +1,7 @@
 //! The command line: commands, and their options in groups that commands share.
 
+mod preview;
+
 use std::num::{NonZeroU64, NonZeroUsize};
 use std::path::PathBuf;
 
@@ -11,7 +13,10 @@ use polyreel::sink::ffmpeg::VideoOptions;
 use polyreel::source::SourceOptions;
 
 use crate::amount;
+use crate::budget::{Budget, budget};
 use crate::look::{LookArgs, methods};
+
+pub(crate) use preview::PreviewArgs;
 
 /// Turns pictures, GIFs and video into low-poly art, frame by frame.
 #[derive(Debug, Parser)]
@@ -26,12 +31,22 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Render pictures or an animation as low-poly art
     Render(Box<RenderArgs>),
+    /// Show pictures, video or a camera as low-poly art in a live window
+    Preview(Box<PreviewArgs>),
     /// Compare methods on pictures and clips: the paper's tables
     Evaluate(Box<EvaluateArgs>),
     /// Show what each stage sees, as PNGs
     Inspect(Box<InspectArgs>),
     /// Tell size, frames, rate, duration, alpha and audio of an input
     Info(InfoArgs),
+    /// List the presets, or print one as a file to begin your own with
+    #[command(after_help = "Example:\n  polyreel presets sketch > mine.toml\n  \
+                            polyreel render portrait.png -o sketch.png --preset mine.toml")]
+    Presets {
+        /// The preset to print
+        #[arg(value_name = "NAME")]
+        name: Option<String>,
+    },
     /// Print a completion script for a shell
     #[command(
         after_help = "Example:\n  polyreel completions bash > ~/.local/share/bash-completion/completions/polyreel"
@@ -241,6 +256,12 @@ impl InputArgs {
             ffmpeg: self.ffmpeg.clone(),
         }
     }
+
+    /// How video is encoded where only the program to do it is given.
+    #[cfg(feature = "preview")]
+    pub(crate) fn video_options(&self) -> VideoOptions {
+        VideoOptions { ffmpeg: self.ffmpeg.clone(), ..VideoOptions::default() }
+    }
 }
 
 /// How the output is written.
@@ -299,9 +320,21 @@ pub(crate) struct RunArgs {
     /// Threads that work inside a frame; the bytes are the same for any number [default: one a core]
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<NonZeroUsize>,
+    /// Time for each frame, 16ms, 0.5s, or auto: as long as a frame of the source is shown. Detail is
+    /// chosen so that every stage keeps within it; spare time goes to refinement, up to --refine
+    /// [default: none]
+    #[arg(long, value_name = "TIME", value_parser = budget)]
+    pub(crate) budget: Option<Budget>,
+    /// Give every frame the detail that it had in the run of this report: the same bytes again, from the
+    /// same input and options
+    #[arg(long, value_name = "REPORT.json", conflicts_with = "budget")]
+    pub(crate) replay: Option<PathBuf>,
     /// Write what was done, in sum and for every frame, as JSON; replaces an older report
     #[arg(long, value_name = "FILE.json")]
     pub(crate) report: Option<PathBuf>,
+    /// Show the render in a window as it goes; to close it is to stop, with an output of what was done
+    #[arg(long)]
+    pub(crate) preview: bool,
     /// Say nothing unless something is wrong
     #[arg(short, long, conflicts_with = "verbose")]
     pub(crate) quiet: bool,

@@ -13,7 +13,7 @@ use polyreel::frame::{Fill, Frame, Rational, Rgba, Span, StreamInfo};
 use polyreel::geom::{Point, Size};
 use polyreel::hex::HexGrid;
 use polyreel::mesh::Mesh;
-use polyreel::options::{Options, Points};
+use polyreel::options::{Detail, Look, Options, Points};
 use polyreel::pipeline::Stop;
 use polyreel::plane::Plane;
 use polyreel::rasterise::rasterise;
@@ -58,11 +58,11 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
 
     let mut extractor = Extractor::new(&options);
     let regions = extractor.regions(&frame);
-    let features = extractor.extract(&frame);
+    let features = extractor.extract(&frame, Look::Full);
     let Course { grid, before, after, convergence } = course(&options, &features, &frame)?;
     let with_edges = |mesh: &Mesh| {
         let mut pixels = faded(&frame);
-        draw::edges(&mut pixels, mesh, INK);
+        draw::edges(&mut pixels, mesh, INK, 1);
         pixels
     };
     let outline = options.outline.map(|colour| colour.0);
@@ -109,7 +109,7 @@ struct Course {
 
 fn course(options: &Options, features: &Features, frame: &Frame) -> Result<Course> {
     let mut mesher = Mesher::new(options);
-    let (before, _) = triangulate_start(frame, mesher.sample(features, frame)?)?;
+    let (before, _) = triangulate_start(frame, mesher.sample(features, frame, &Detail::FULL)?)?;
     let mut after = before.clone();
     let mut seen = Vec::new();
     let refined = mesher.refine_seen(&mut after, frame, &mut |error| seen.push(error))?;

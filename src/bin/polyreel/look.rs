@@ -1,6 +1,9 @@
 //! The options that decide how the result looks.
 
 use std::fmt::Display;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -13,8 +16,9 @@ use polyreel::options::{
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Look")]
 pub(crate) struct LookArgs {
-    /// Begin with a preset's settings; options beside it win: paper [default: none]
-    #[arg(long, value_name = "NAME")]
+    /// Begin with the settings of a preset (see 'polyreel presets') or of a preset file; options beside
+    /// it win [default: none]
+    #[arg(long, value_name = "NAME|FILE.toml")]
     preset: Option<String>,
     /// How feature points and seeds are found
     #[arg(long, value_name = "NAME", value_parser = methods(), help = told(
@@ -53,6 +57,19 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true)]
     #[arg(default_missing_value = "black")]
     outline: Option<Colour>,
+    #[arg(long, value_name = "PX", help = told(
+        "Width of the outline in pixels, 1 to 32", Options::default().outline_width))]
+    outline_width: Option<u32>,
+    #[arg(long, value_name = "N", help = told(
+        "Draw the outline only where colours differ by more than N of 255; 0 draws all of it",
+        Options::default().outline_contrast))]
+    outline_contrast: Option<u32>,
+    #[arg(long, value_name = "S", help = told(
+        "How strong colours are, 0 (grey) to 4", Options::default().saturation))]
+    saturation: Option<f64>,
+    #[arg(long, value_name = "W", help = told(
+        "How far colours are washed out, 0 (not at all) to 1 (white)", Options::default().wash))]
+    wash: Option<f64>,
     #[arg(long, value_name = "N", help = told(
         "How often a frame is smoothed before its colours are clustered, 0 to 8 (in the paper 0)",
         Options::default().smoothing))]
@@ -126,7 +143,7 @@ impl LookArgs {
             }
         }
         let mut options = match &self.preset {
-            Some(name) => Options::preset(name)?,
+            Some(name) => preset(name)?,
             None => Options::default(),
         };
         put(&mut options.method, &self.method);
@@ -135,6 +152,10 @@ impl LookArgs {
         put(&mut options.coherence, &self.coherence);
         put(&mut options.quality, &self.quality);
         put(&mut options.regularity, &self.regularity);
+        put(&mut options.outline_width, &self.outline_width);
+        put(&mut options.outline_contrast, &self.outline_contrast);
+        put(&mut options.saturation, &self.saturation);
+        put(&mut options.wash, &self.wash);
         put(&mut options.smoothing, &self.smoothing);
         put(&mut options.clusters, &self.clusters);
         put(&mut options.interval, &self.interval);
@@ -164,6 +185,23 @@ impl LookArgs {
         Ok(options)
     }
 }
+
+/// The preset `name`, or the one in the file of that name.
+fn preset(name: &str) -> Result<Options> {
+    let path = Path::new(name);
+    if !name.ends_with(".toml") && !path.is_file() {
+        return Options::preset(name);
+    }
+    let wrong = |what: String| Error::input(path, what);
+    let mut text = String::new();
+    let file = File::open(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
+    let read = file.take(MOST_BYTES).read_to_string(&mut text);
+    read.map_err(|error| wrong(format!("is no preset: {error}")))?;
+    Options::from_toml(&text).map_err(|error| wrong(error.to_string()))
+}
+
+/// What is read of a preset file: many times as much as all options take.
+const MOST_BYTES: u64 = 1 << 16;
 
 fn told(text: &str, default: impl Display) -> String {
     format!("{text} [default: {default}]")

@@ -3,6 +3,7 @@
 //! Exit codes: 0 done, 1 failed, 2 usage, 130 stopped by Ctrl-C.
 
 mod amount;
+mod budget;
 mod cli;
 mod convergence;
 mod evaluate;
@@ -13,6 +14,12 @@ mod look;
 mod manual;
 mod npy;
 mod plot;
+mod presets;
+#[cfg(feature = "preview")]
+mod preview;
+#[cfg(not(feature = "preview"))]
+#[path = "no_preview.rs"]
+mod preview;
 mod progress;
 mod record;
 mod render;
@@ -37,9 +44,11 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match cli.command {
         Command::Render(args) => render::render(&args),
+        Command::Preview(args) => preview::preview(&args),
         Command::Evaluate(args) => evaluate::evaluate(&args.settled()),
         Command::Inspect(args) => inspect::inspect(&args),
         Command::Info(args) => info::info(&args),
+        Command::Presets { name } => presets::presets(name.as_deref()),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { command } => manual::man(command.as_deref()),
     };

@@ -16,6 +16,7 @@ const TICK: Duration = Duration::from_millis(200);
 pub(crate) struct Progress {
     bar: ProgressBar,
     reports: Option<Vec<FrameReport>>,
+    tell_changes: bool,
 }
 
 impl Progress {
@@ -30,7 +31,12 @@ impl Progress {
         if shown {
             bar.enable_steady_tick(TICK);
         }
-        Self { bar, reports: keep_reports.then(Vec::new) }
+        Self { bar, reports: keep_reports.then(Vec::new), tell_changes: false }
+    }
+
+    /// Tells every change of detail as well, and its reason.
+    pub(crate) fn telling_changes(self, tell_changes: bool) -> Self {
+        Self { tell_changes, ..self }
     }
 
     /// Takes the bar away; the reports that were kept.
@@ -56,6 +62,11 @@ fn style(length_known: bool) -> ProgressStyle {
 impl Observer for Progress {
     fn frame_done(&mut self, report: &FrameReport) -> ControlFlow<()> {
         self.bar.inc(1);
+        if self.tell_changes {
+            for change in &report.changes {
+                self.bar.suspend(|| eprintln!("polyreel: frame {}: {change}", report.index));
+            }
+        }
         if let Some(reports) = &mut self.reports {
             reports.push(report.clone());
         }

@@ -2,13 +2,15 @@
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use indicatif::HumanBytes;
 use polyreel::error::{Error, Result};
 use polyreel::frame::StreamInfo;
 use polyreel::options::{Options, Target};
 use polyreel::pipeline::{
-    self, Ending, InputReport, OutputReport, Report, Settings, Stop, Summary,
+    self, Controls, Ending, Guide, InputReport, OutputReport, Report, Script, Settings, Stop,
+    Summary,
 };
 use polyreel::sink::{self, SinkOptions};
 use polyreel::source::{self, Input};
@@ -17,6 +19,7 @@ use polyreel::stage::Stage;
 use crate::Outcome;
 use crate::cli::RenderArgs;
 use crate::interrupt::Interrupt;
+use crate::preview::Beside;
 use crate::progress::Progress;
 use crate::record::Record;
 
@@ -33,6 +36,10 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         options.coherence = 0.0;
     }
     let record = record_of(args, input.paths(), output)?;
+    let controls = Controls::new(options.clone())?;
+    let window =
+        args.run.preview.then(|| Beside::open(&args.input.inputs, &info, controls.clone()));
+    let window = window.transpose()?;
     let sink = sink::create(output, &info, &sink_options(args, &input)?)?;
     let mut warnings = sink.warnings().to_vec();
     if !args.run.quiet {
@@ -42,14 +49,26 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         eprintln!("polyreel: {}", settings_line(&options, args));
     }
     let settings = Settings {
-        options,
+        options: options.clone(),
+        controls: Some(controls),
+        guide: guide(args, &options, &info)?,
         threads: args.run.threads,
         live: info.live,
         allow_truncated: args.input.allow_truncated,
     };
-    let mut progress = Progress::new(info.frames, args.run.quiet, record.is_some());
+    let mut progress = Progress::new(info.frames, args.run.quiet, record.is_some())
+        .telling_changes(args.run.verbose);
     interrupt.begin();
-    let ended = pipeline::run(move || input.start(), sink, &settings, &mut progress, &stop);
+    let start = move || input.start();
+    let ended = match window {
+        None => pipeline::run(start, sink, &settings, &mut progress, &stop),
+        Some(window) => {
+            let sink = window.watch(sink);
+            window.run(&stop, &mut progress, |observer| {
+                pipeline::run(start, sink, &settings, observer, &stop)
+            })
+        }
+    };
     let per_frame = progress.finish();
     let summary = ended?;
     if let (Some(target), Some(least)) = (settings.options.error, summary.likeness)
@@ -69,9 +88,25 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     tell(args, &info, &written, &summary);
     if let Some(record) = record {
         let input = InputReport { paths: args.input.inputs.clone(), info };
-        record.write(&Report::new(input, written, &summary, per_frame))?;
+        record.write(&Report::new(input, written, options, &summary, per_frame))?;
     }
     Ok(if interrupt.happened() { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// What decides the detail: a budget, a former run, or nothing but the options.
+fn guide(args: &RenderArgs, options: &Options, info: &StreamInfo) -> Result<Guide> {
+    if let Some(path) = &args.run.replay {
+        if info.live {
+            return Err(Error::usage("what is live never comes again: replay a file"));
+        }
+        let script = Script::read(path)?;
+        script.check(options)?;
+        return Ok(Guide::Replay(Arc::new(script)));
+    }
+    let Some(budget) = args.run.budget else { return Ok(Guide::Options) };
+    let time = budget.time(info)?;
+    // Of a single picture nothing is known before it, and nothing comes after it.
+    Ok(if info.still { Guide::Options } else { Guide::Budget(time) })
 }
 
 fn sink_options(args: &RenderArgs, input: &Input) -> Result<SinkOptions> {
@@ -167,6 +202,9 @@ fn tell(args: &RenderArgs, info: &StreamInfo, written: &OutputReport, summary: &
     // Writing to a string cannot fail.
     if let Some(bytes) = written.bytes {
         let _ = write!(line, ", {}", HumanBytes(bytes));
+    }
+    if let Some(ms) = summary.budget.ms {
+        let _ = write!(line, ", {} over {ms} ms", summary.budget.missed);
     }
     if summary.dropped > 0 {
         let _ = write!(line, ", {} dropped", summary.dropped);

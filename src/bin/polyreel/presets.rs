@@ -1,0 +1,21 @@
+//! `polyreel presets`: what there is, or one of them as a file.
+
+use std::fmt::Write;
+
+use polyreel::error::Result;
+use polyreel::options::{Options, PRESETS};
+
+use crate::{Outcome, print};
+
+/// Lists the presets, or prints the one called `name` as TOML.
+pub(crate) fn presets(name: Option<&str>) -> Result<Outcome> {
+    if let Some(name) = name {
+        return print(Options::preset(name)?.to_toml()?.as_bytes());
+    }
+    let mut list = String::new();
+    for preset in PRESETS {
+        // Writing to a string cannot fail.
+        let _ = writeln!(list, "{:<14} {}", preset.name, preset.about);
+    }
+    print(list.as_bytes())
+}

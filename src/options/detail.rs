@@ -1,0 +1,111 @@
+//! What a frame may cost: the part of its quality that a time budget decides.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+
+/// What a frame may cost. It is chosen before the work and decides, beside the options, the bytes: the
+/// same details give the same frames again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Detail {
+    /// How well level one looks at the frame. Default [`Look::Full`].
+    pub look: Look,
+    /// Seeds, per cent of those that the options ask for, 1..=100. Default 100.
+    pub seeds: u32,
+    /// Steps of refinement in place of those that the options ask for, 0..=1000; `None` leaves it to
+    /// them. Default `None`.
+    pub steps: Option<u32>,
+    /// Mean colours of triangles are taken from every so-many-th row, where they have enough of them,
+    /// 1..=4. Default 1.
+    pub rows: u32,
+}
+
+/// How well level one looks at a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Look {
+    /// As well as it can.
+    #[default]
+    Full,
+    /// Where seeds are chosen afresh, at the frame made half as wide and high.
+    Half,
+    /// Not at all where the mesh lives on: it stays where it is, and what moved is found in the next
+    /// frame, a cut as well. Else as [`Look::Half`].
+    Reuse,
+}
+
+impl Detail {
+    /// Just what the options ask for.
+    pub const FULL: Self = Self { look: Look::Full, seeds: 100, steps: None, rows: 1 };
+
+    /// The share, 0..=1, of the quality of a frame that gets `asked` steps without a budget: half of
+    /// it for the steps (more than were asked for count as all), three tenths for the seeds, a tenth
+    /// each for a full look and for all rows. A figure to read, not to compute with.
+    pub fn share(&self, asked: u32) -> f64 {
+        let steps = match self.steps {
+            Some(steps) if steps < asked => f64::from(steps) / f64::from(asked),
+            _ => 1.0,
+        };
+        let look = if self.look == Look::Full { 1.0 } else { 0.0 };
+        // Rounded, so that the whole is 1 and not the float before it.
+        let share =
+            0.5 * steps + 0.003 * f64::from(self.seeds) + 0.1 * look + 0.1 / f64::from(self.rows);
+        (share * 1e6).round() / 1e6
+    }
+
+    /// Checks every field against its range.
+    ///
+    /// # Errors
+    /// Names the first field out of range, its value and the range.
+    pub fn validate(&self) -> Result<()> {
+        let ranges = [
+            ("seeds", self.seeds, 1, 100),
+            ("steps", self.steps.unwrap_or(0), 0, 1000),
+            ("rows", self.rows, 1, 4),
+        ];
+        for (name, value, least, most) in ranges {
+            if !(least..=most).contains(&value) {
+                return Err(Error::usage(format!(
+                    "{name} is {value}; it can be {least} to {most}"
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Default for Detail {
+    fn default() -> Self {
+        Self::FULL
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_share_is_one_for_all_and_falls_with_every_part() {
+        assert_eq!(Detail::FULL.share(2), 1.0);
+        assert_eq!(Detail { steps: Some(9), ..Detail::FULL }.share(2), 1.0);
+        assert_eq!(Detail { steps: Some(0), ..Detail::FULL }.share(0), 1.0);
+        for less in [
+            Detail { steps: Some(1), ..Detail::FULL },
+            Detail { seeds: 70, ..Detail::FULL },
+            Detail { rows: 2, ..Detail::FULL },
+            Detail { look: Look::Half, ..Detail::FULL },
+        ] {
+            assert!((0.0..1.0).contains(&less.share(2)), "{less:?}");
+        }
+    }
+
+    #[test]
+    fn wrong_details_are_named() {
+        let said = |detail: Detail| detail.validate().expect_err("out of range").to_string();
+        assert!(said(Detail { seeds: 0, ..Detail::FULL }).contains("seeds is 0"));
+        assert!(said(Detail { rows: 5, ..Detail::FULL }).contains("rows is 5"));
+        assert!(said(Detail { steps: Some(1001), ..Detail::FULL }).contains("steps is 1001"));
+        Detail::FULL.validate().expect("sound");
+    }
+}

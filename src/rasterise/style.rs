@@ -1,0 +1,94 @@
+//! What is done to colours after they were found, and the lines between them.
+
+use crate::draw;
+use crate::frame::{Fill, Rgba, luma};
+use crate::mesh::Mesh;
+use crate::options::Options;
+
+/// How a mesh whose colours are known is painted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Style {
+    /// Colour of the lines; `None` draws none.
+    pub(super) outline: Option<Rgba>,
+    /// Pixels.
+    width: u32,
+    /// Lines are drawn between colours that differ by more.
+    contrast: u32,
+    saturation: f64,
+    wash: f64,
+}
+
+impl Style {
+    /// Colours as they are, and lines of one pixel along all edges.
+    pub(super) fn plain(outline: Option<Rgba>) -> Self {
+        Self { outline, width: 1, contrast: 0, saturation: 1.0, wash: 0.0 }
+    }
+
+    pub(super) fn of(options: &Options) -> Self {
+        Self {
+            outline: options.outline.map(|colour| colour.0),
+            width: options.outline_width,
+            contrast: options.outline_contrast,
+            saturation: options.saturation,
+            wash: options.wash,
+        }
+    }
+
+    /// Changes the colours as asked for.
+    pub(super) fn grade(&self, fills: &mut [Fill]) {
+        if self.saturation == 1.0 && self.wash == 0.0 {
+            return;
+        }
+        for Fill { colour, .. } in fills {
+            let grey = f64::from(luma(*colour));
+            for channel in &mut colour[..3] {
+                let vivid = grey + self.saturation * (f64::from(*channel) - grey);
+                let vivid = vivid.clamp(0.0, 255.0);
+                // The cast takes whole numbers within 0..=255.
+                *channel = (vivid + self.wash * (255.0 - vivid)).round() as u8;
+            }
+        }
+    }
+
+    /// Draws the lines on `pixels`; `colours` are the triangles' before they were graded. Returns the
+    /// lines' fill.
+    pub(super) fn draw(&self, pixels: &mut [Rgba], mesh: &Mesh, colours: &[Rgba]) -> Option<Fill> {
+        let colour = self.outline?;
+        let area = if self.contrast == 0 {
+            draw::edges(pixels, mesh, colour, self.width)
+        } else {
+            draw::some_edges(pixels, mesh, colour, self.width, |t, u| {
+                difference(colours[t as usize], colours[u as usize]) > self.contrast
+            })
+        };
+        Some(Fill { colour, area })
+    }
+}
+
+/// The largest difference of a channel.
+fn difference(a: Rgba, b: Rgba) -> u32 {
+    (0..4).map(|c| u32::from(a[c].abs_diff(b[c]))).max().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn graded(saturation: f64, wash: f64, colour: Rgba) -> Rgba {
+        let mut fills = [Fill { colour, area: 1 }];
+        Style { saturation, wash, ..Style::plain(None) }.grade(&mut fills);
+        fills[0].colour
+    }
+
+    #[test]
+    fn colours_are_made_vivid_grey_and_light() {
+        let red = [180, 60, 60, 200];
+        assert_eq!(graded(1.0, 0.0, red), red);
+        let grey = graded(0.0, 0.0, red);
+        assert!(grey[0] == grey[1] && grey[1] == grey[2] && grey[3] == 200, "{grey:?}");
+        let vivid = graded(1.5, 0.0, red);
+        assert!(vivid[0] > 180 && vivid[1] < 60, "{vivid:?}");
+        assert_eq!(graded(1.0, 1.0, red), [255, 255, 255, 200]);
+        assert_eq!(graded(9.0, 0.0, [90; 4]), [90; 4], "grey stays grey");
+    }
+}

@@ -1,0 +1,163 @@
+//! What changes while the pipeline runs changes at one frame for all stages, as the serial renderer
+//! does it.
+
+use std::sync::{Arc, Mutex};
+
+use polyreel::error::Result;
+use polyreel::frame::{Frame, Rational, Span};
+use polyreel::geom::Size;
+use polyreel::options::{Colour, Method, Options, Points, Quality, Target};
+use polyreel::pipeline::{Controls, Settings, Stop, run};
+use polyreel::render::{Rendered, Renderer};
+use polyreel::sink::{Picture, Sink};
+use polyreel::source::{Decoded, Source};
+
+const FRAMES: u64 = 8;
+
+/// The frame at which the options change.
+const CHANGE: u64 = 4;
+
+/// A disc that wanders over a gradient.
+fn frame(index: u64) -> Frame {
+    let size = Size::new(80, 60);
+    let x0 = 12.0 + 2.0 * index as f64;
+    let pixels = (0..size.pixels() as u32).map(|i| {
+        let (x, y) = (i % size.width, i / size.width);
+        if (f64::from(x) - x0).hypot(f64::from(y) - 30.0) < 11.0 {
+            [210, 40, (y * 4) as u8, 255]
+        } else {
+            [(x * 3) as u8, (y * 4) as u8, 90, 255]
+        }
+    });
+    Frame::new(size, pixels.collect()).expect("a small frame")
+}
+
+/// Changes the options just before it hands out frame [`CHANGE`].
+struct Film {
+    next: u64,
+    change: Option<(Controls, Options)>,
+}
+
+impl Source for Film {
+    fn next(&mut self) -> Result<Option<Decoded>> {
+        if self.next == FRAMES {
+            return Ok(None);
+        }
+        if let Some((controls, options)) = self.change.take_if(|_| self.next == CHANGE) {
+            controls.set(options)?;
+        }
+        let start = Rational::new(self.next as i64, 25);
+        self.next += 1;
+        let span = Span { start, length: Some(Rational::new(1, 25)) };
+        Ok(Some(Decoded { frame: frame(self.next - 1), span }))
+    }
+}
+
+struct Keep(Arc<Mutex<Vec<Frame>>>);
+
+impl Sink for Keep {
+    fn write(&mut self, picture: Picture) -> Result<()> {
+        self.0.lock().expect("the lock").push(picture.frame);
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        Ok(())
+    }
+}
+
+fn base() -> Options {
+    Options { points: Points::Count(90), ..Options::default() }
+}
+
+/// What the pipeline makes of the film when `before` becomes `after` at frame [`CHANGE`].
+fn piped(before: &Options, after: &Options) -> Vec<Frame> {
+    let controls = Controls::new(before.clone()).expect("sound options");
+    let kept = Arc::new(Mutex::new(Vec::new()));
+    let film = Film { next: 0, change: Some((controls.clone(), after.clone())) };
+    let settings = Settings { controls: Some(controls), ..Settings::default() };
+    let start = || Ok(Box::new(film) as Box<dyn Source>);
+    run(start, Box::new(Keep(kept.clone())), &settings, &mut (), &Stop::default())
+        .expect("a run without mishaps");
+    let mut kept = kept.lock().expect("the lock");
+    std::mem::take(&mut *kept)
+}
+
+/// The same by the serial renderer.
+fn serial(before: &Options, after: &Options) -> Vec<Rendered> {
+    let mut renderer = Renderer::new(before).expect("sound options");
+    (0..FRAMES)
+        .map(|index| {
+            if index == CHANGE {
+                renderer.retune(after).expect("sound options");
+            }
+            renderer.render(&frame(index)).expect("renders")
+        })
+        .collect()
+}
+
+#[test]
+fn a_change_takes_effect_at_one_frame_in_all_stages() {
+    let changes = [
+        Options { outline: Some(Colour([255, 0, 0, 255])), ..base() },
+        Options { coherence: 0.9, ..base() },
+        Options { coherence: 0.0, ..base() },
+        Options { refine: Some(5), ..base() },
+        Options { points: Points::Count(140), ..base() },
+        Options { method: Method::Hslp, clusters: 5, ..base() },
+        Options { points: Points::Auto, error: Some(Target::Psnr(24.0)), ..base() },
+    ];
+    for after in changes {
+        for (before, after) in [(base(), after.clone()), (after, base())] {
+            let expected = serial(&before, &after);
+            let expected: Vec<_> = expected.into_iter().map(|r| r.painting.frame).collect();
+            assert!(piped(&before, &after) == expected, "{before:?} to {after:?}");
+        }
+    }
+}
+
+#[test]
+fn seeds_live_through_changes_that_do_not_concern_them() {
+    let alive = [
+        Options { outline: Some(Colour([255; 4])), ..base() },
+        Options { coherence: 0.8, regularity: 0.2, ..base() },
+        Options { quality: Quality::Best, ..base() },
+        Options { refine: Some(7), ..base() },
+    ];
+    for after in alive {
+        let life = serial(&base(), &after)[CHANGE as usize].life;
+        assert!(life.kept + life.moved > life.born, "{life:?} with {after:?}");
+    }
+    let anew = [
+        Options { points: Points::Count(91), ..base() },
+        Options { method: Method::Rlp, ..base() },
+        Options { clusters: 4, ..base() },
+        Options { hex_density: Some(0.01), ..base() },
+        Options { seed: 1, ..base() },
+    ];
+    for after in anew {
+        let rendered = serial(&base(), &after).swap_remove(CHANGE as usize);
+        assert_eq!(rendered.life.kept + rendered.life.moved, 0, "{after:?}");
+        let alone = Renderer::new(&after).expect("sound").render(&frame(CHANGE)).expect("renders");
+        assert_eq!(rendered.mesh, alone.mesh, "as if it were the first: {after:?}");
+    }
+}
+
+#[test]
+fn a_wrong_change_changes_nothing() {
+    let mut renderer = Renderer::new(&base()).expect("sound options");
+    renderer.retune(&Options { clusters: 1, ..base() }).expect_err("one cluster");
+    let mut other = Renderer::new(&base()).expect("sound options");
+    let same = other.render(&frame(0)).expect("renders");
+    assert_eq!(renderer.render(&frame(0)).expect("renders"), same);
+}
+
+#[test]
+fn a_number_found_once_is_not_looked_for_again() {
+    let auto = Options { points: Points::Auto, error: Some(Target::Psnr(24.0)), ..base() };
+    let outlined = Options { outline: Some(Colour([0, 0, 0, 255])), ..auto.clone() };
+    let rendered = serial(&auto, &outlined);
+    let counts: Vec<_> = rendered.iter().map(|r| r.mesh.seeds().len()).collect();
+    assert!(counts.iter().all(|&count| count == counts[0]), "{counts:?}");
+    assert!(rendered[CHANGE as usize].life.kept > 0);
+}
