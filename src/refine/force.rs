@@ -5,8 +5,9 @@ use super::Field;
 use super::ring::Ring;
 use crate::geom::{Point, SUBPIXEL};
 
-/// Pixels of edge for each sample; edges are about 10 pixels long.
-const SPACING: f32 = 2.0;
+/// Pixels of edge for each sample; edges are about 10 pixels long. Measured on video: with 2 a step is a
+/// tenth slower, and no better by more than 1 % of the error.
+const SPACING: f32 = 3.0;
 
 /// Samples on the longest edge.
 const MOST: i32 = 8;
