@@ -7,6 +7,7 @@ use super::starts;
 use crate::frame::Frame;
 use crate::geom::Size;
 use crate::plane::Plane;
+use crate::vector::widest;
 
 /// The longer side of a small picture is at most this; a whole number of pixels becomes one.
 const SMALL_SIDE: u32 = 480;
@@ -44,7 +45,14 @@ impl Small {
                 sums.fill(0);
                 for y in (y as u32 * factor..).take(factor as usize) {
                     let bytes = frame.row(y).as_flattened();
-                    sums.iter_mut().zip(bytes).for_each(|(sum, &byte)| *sum += u32::from(byte));
+                    widest(
+                        #[inline(always)]
+                        || {
+                            for (sum, &byte) in sums.iter_mut().zip(bytes) {
+                                *sum += u32::from(byte);
+                            }
+                        },
+                    );
                 }
                 for (out, sums) in out.iter_mut().zip(sums.chunks_exact(4 * factor as usize)) {
                     *out = mean_luma(sums, factor);

@@ -88,6 +88,7 @@ pub(super) fn decode(
         if door.is_shut() {
             return;
         }
+        source.wait();
         let mut report = FrameReport::new(index);
         let hop = match station.clock.time(Stage::Decode, &mut report, || source.next()) {
             Ok(None) if door.stop.is_requested() => return,

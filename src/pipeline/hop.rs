@@ -9,7 +9,7 @@ use crate::feature::Features;
 use crate::frame::{Frame, Span};
 use crate::mesh::Mesh;
 use crate::options::{Detail, Options};
-use crate::sink::Picture;
+use crate::sink::{Origin, Picture};
 
 use super::report::FrameReport;
 
@@ -77,4 +77,6 @@ pub(super) struct Meshed {
 pub(super) struct Painted {
     pub(super) report: FrameReport,
     pub(super) picture: Picture,
+    /// Where the sink looks at it.
+    pub(super) origin: Option<Origin>,
 }

@@ -35,7 +35,7 @@ use crate::feature::Extractor;
 use crate::options::Options;
 use crate::rasterise::Painter;
 use crate::render::{Mesher, triangulate_start};
-use crate::sink::{Picture, Sink};
+use crate::sink::{Origin, Picture, Sink};
 use crate::source::Source;
 use crate::stage::Stage;
 
@@ -131,7 +131,8 @@ pub fn run(
         let door = Door { controls: &controls, pilot, stop, over: &over, queue, dropped: &dropped };
         let station = Station::new(Stage::Decode, admit);
         let decoding = spawn(scope, "decode", move || decode(start, station, &door))?;
-        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, pools)?;
+        let keep_origin = sink.wants_origin();
+        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, pools, keep_origin)?;
         let (tell, told) = bounded(ROOM);
         let delivery = Delivery { sink, tell, stop, keep_truncated: settings.allow_truncated };
         let encoding = spawn(scope, "encode", move || delivery.run(painted))?;
@@ -186,6 +187,7 @@ fn spawn_chain<'s, 'e>(
     controls: &Controls,
     pilot: &'e Pilot,
     [looking, meshing, painting]: &'e [Pool; 3],
+    keep_origin: bool,
 ) -> Result<Chain<'s>> {
     let options = controls.options();
     let (extract, extracted) = bounded(ROOM);
@@ -221,7 +223,9 @@ fn spawn_chain<'s, 'e>(
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 painter.retune(options);
             }
-            fill(&mut painter, hop, clock, pilot, painting)
+            let mut painted = fill(&mut painter, hop, clock, pilot, painting)?;
+            painted.origin = painted.origin.filter(|_| keep_origin);
+            Ok(painted)
         });
     })?;
     Ok((vec![look_thread, mesh_thread, paint_thread], painted))
@@ -299,7 +303,8 @@ fn fill(
         clock.time(Stage::Rasterise, &mut report, || Ok(painter.paint(&mesh, &frame, fresh, rows)))
     })?;
     pilot.after_painting(&report);
-    Ok(Painted { report, picture: Picture { frame: painting.frame, fills: painting.fills, span } })
+    let picture = Picture { frame: painting.frame, fills: painting.fills, span };
+    Ok(Painted { report, picture, origin: Some(Origin { frame, mesh }) })
 }
 
 /// The end of the chain: the sink, and the way to the observer.
@@ -316,14 +321,18 @@ impl Delivery<'_> {
         let mut clock = Clock::new(Stage::Encode);
         let mut written = 0u64;
         for hop in inbox {
-            let Painted { mut report, picture } = match hop {
+            let Painted { mut report, picture, origin } = match hop {
                 Ok(hop) => hop,
                 Err(error) if self.keep_truncated && written > 0 && is_truncation(&error) => {
                     return self.finish(Ending::Truncated(error));
                 }
                 Err(error) => return Err(error),
             };
-            match clock.time(Stage::Encode, &mut report, || self.sink.write(picture)) {
+            let written_out = clock.time(Stage::Encode, &mut report, || match origin {
+                Some(origin) => self.sink.write_with_origin(picture, origin),
+                None => self.sink.write(picture),
+            });
+            match written_out {
                 Err(Error::Closed) => return Ok(Ending::Closed),
                 done => done?,
             }

@@ -29,6 +29,9 @@ const MOST_REACH: i32 = 6 * SUBPIXEL;
 /// video: below it are half of the trials and one move in ten, those that gain least.
 const PROMISE: f64 = 0.5;
 
+/// A vertex whose slope promises less than this share is left alone for a while.
+const IDLE: f64 = 0.25;
+
 /// Vertices that one piece of work looks at.
 const PACK: usize = 32;
 
@@ -41,6 +44,8 @@ struct Visit {
     reach: i32,
     /// Whether it waits for its surroundings to change.
     sleeps: bool,
+    /// Whether hardly anything would have come of a step.
+    idle: bool,
 }
 
 /// The visits of one piece of work, with the spokes and costs of the vertices that move.
@@ -78,17 +83,17 @@ impl Descent {
     }
 
     /// Lets every vertex that is awake take a step. Returns how many moved.
-    pub(super) fn step(&mut self, surface: &mut Surface, rest: &Rest, field: Field) -> usize {
+    pub(super) fn step(&mut self, surface: &mut Surface, rest: &mut Rest, field: Field) -> usize {
         surface.clock += 1;
         let mut moved = 0;
         for block in 0..surface.order.len().div_ceil(BLOCK) {
             let end = ((block + 1) * BLOCK).min(surface.order.len());
             let here = &*surface;
             self.colouring.colour(here, &here.order[block * BLOCK..end], |v| {
-                here.awake[v as usize] && rest.allows(v)
+                here.awake[v as usize] && rest.allows(v) && rest.is_rested(v)
             });
             for class in &self.colouring.classes {
-                moved += descend(surface, &mut self.reach, class, field, &mut self.found);
+                moved += descend(surface, rest, &mut self.reach, class, field, &mut self.found);
             }
         }
         moved
@@ -99,6 +104,7 @@ impl Descent {
 /// its own triangles. Returns how many moved.
 fn descend(
     surface: &mut Surface,
+    rest: &mut Rest,
     reach: &mut [i32],
     class: &[u32],
     field: Field,
@@ -119,14 +125,14 @@ fn descend(
         visits
     };
     class.par_chunks(PACK).map(look).collect_into_vec(found);
-    found.iter().map(|visits| apply(field.rows, surface, reach, visits)).sum()
+    found.iter().map(|visits| apply(field.rows, surface, rest, reach, visits)).sum()
 }
 
 fn visit(surface: &Surface, v: u32, reach: i32, field: Field, ring: &mut Ring, out: &mut Visits) {
     ring.surround(surface, v);
     let from = surface.at[v as usize];
     let mean = |i: usize| surface.mean[ring.links[i] as usize / 3].known();
-    let (gx, gy) = gradient(field.rows, from, ring, mean);
+    let (gx, gy) = gradient(field, from, ring, mean);
     let (gx, gy) = match surface.freedom(v) {
         Place::Corner => (0.0, 0.0),
         Place::SideBorder => (0.0, gy),
@@ -137,7 +143,8 @@ fn visit(surface: &Surface, v: u32, reach: i32, field: Field, ring: &mut Ring, o
     let reach = reach.clamp(LEAST_REACH, MOST_REACH);
     let promise = length * f64::from(reach) / f64::from(SUBPIXEL);
     if promise <= PROMISE * field.least_gain {
-        out.visits.push(Visit { vertex: v, to: None, reach, sleeps: true });
+        let idle = promise <= IDLE * field.least_gain;
+        out.visits.push(Visit { vertex: v, to: None, reach, sleeps: true, idle });
         return;
     }
     ring.sum_up(surface);
@@ -149,7 +156,7 @@ fn visit(surface: &Surface, v: u32, reach: i32, field: Field, ring: &mut Ring, o
         out.spokes.extend_from_slice(&ring.spokes);
         out.costs.extend((0..ring.len()).map(|i| ring.triangle_cost(field.rows, i, to)));
     }
-    out.visits.push(Visit { vertex: v, to, reach, sleeps: reach == 0 });
+    out.visits.push(Visit { vertex: v, to, reach, sleeps: reach == 0, idle: false });
 }
 
 /// The way that a vertex tries.
@@ -207,13 +214,20 @@ impl Line<'_, '_> {
     }
 }
 
-fn apply(rows: &RowSums, surface: &mut Surface, reach: &mut [i32], found: &Visits) -> usize {
+fn apply(
+    rows: &RowSums,
+    surface: &mut Surface,
+    rest: &mut Rest,
+    reach: &mut [i32],
+    found: &Visits,
+) -> usize {
     let (mut spokes, mut costs) = (&found.spokes[..], &found.costs[..]);
     let mut moved = 0;
     let mut fan = Vec::new();
     for visit in &found.visits {
         let v = visit.vertex as usize;
         reach[v] = visit.reach;
+        rest.looked_at(visit.vertex, visit.idle);
         let Some(to) = visit.to else {
             surface.awake[v] = !visit.sleeps;
             continue;

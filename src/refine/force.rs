@@ -1,8 +1,8 @@
 //! The force on a vertex: how the squared error changes as it moves (DESIGN, level three; Lawonn and
 //! Guenther, "Stylized Image Triangulation", 2019).
 
+use super::Field;
 use super::ring::Ring;
-use super::rows::RowSums;
 use crate::geom::{Point, SUBPIXEL};
 
 /// Pixels of edge for each sample; edges are about 10 pixels long.
@@ -20,7 +20,7 @@ const MOST: i32 = 8;
 /// the normal, u from 0 at the vertex to 1 at the far end. That the means change too is of second
 /// order: a mean is where the error is least.
 pub(super) fn gradient(
-    rows: &RowSums,
+    field: Field,
     centre: Point,
     ring: &Ring,
     mean: impl Fn(usize) -> Option<[f32; 4]>,
@@ -31,7 +31,7 @@ pub(super) fn gradient(
         let front = mean(i);
         // A spoke on the frame's border has nothing behind it and does not move.
         if let (Some(behind), Some(front)) = (behind, front) {
-            let pull = pull(rows, centre, ring.ends[i], behind, front);
+            let pull = pull(field, centre, ring.ends[i], behind, front);
             let (dx, dy) = pixels_between(centre, ring.ends[i]);
             // (-dy, dx) is the normal into triangle i, as long as the spoke: it carries ds.
             gx -= dy * pull;
@@ -48,10 +48,10 @@ fn pixels_between(a: Point, b: Point) -> (f32, f32) {
 }
 
 /// The mean over the spoke of (|I - behind|^2 - |I - front|^2) (1 - u).
-fn pull(rows: &RowSums, from: Point, to: Point, behind: [f32; 4], front: [f32; 4]) -> f32 {
+fn pull(field: Field, from: Point, to: Point, behind: [f32; 4], front: [f32; 4]) -> f32 {
     let (dx, dy) = pixels_between(from, to);
     let samples = (((dx * dx + dy * dy).sqrt() / SPACING) as i32).clamp(2, MOST);
-    let sums = rows.sample(from, to, samples);
+    let sums = field.rows.sample(field.frame, from, to, samples);
     // Weights (1 - u) add up to samples^2 there. |I - b|^2 - |I - f|^2 = (f - b) . (2 I - f - b)
     let share = 1.0 / (samples * samples) as f32;
     let part = |c: usize| (front[c] - behind[c]) * (2.0 * share * sums[c] - front[c] - behind[c]);

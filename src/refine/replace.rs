@@ -330,7 +330,7 @@ fn settle(
     let mut reach = 2.0 * f64::from(crate::geom::SUBPIXEL);
     for _ in 0..SETTLING {
         let mean = |i: usize| ring.total(field.rows, i, place).mean();
-        let (gx, gy) = gradient(field.rows, place, ring, mean);
+        let (gx, gy) = gradient(field, place, ring, mean);
         let length = gx.hypot(gy);
         if length == 0.0 {
             break;

@@ -8,6 +8,9 @@ use super::surface::{Mean, Surface};
 /// tenth frame.
 const CALM: u8 = 6;
 
+/// The most frames that a vertex is left alone for.
+const LONGEST_NAP: u8 = 2;
+
 /// What has to change in the painted triangle to wake its corners, as a share of the least gain.
 /// Noise of two 8-bit steps in every pixel stays far below: the mean of a triangle evens it out.
 const WAKING: f64 = 0.5;
@@ -17,6 +20,12 @@ const WAKING: f64 = 0.5;
 pub(super) struct Rest {
     /// Frames since the picture last changed around each vertex.
     calm: Vec<u8>,
+    /// Frames for which each vertex takes a rest, because the last look at it promised nothing.
+    nap: Vec<u8>,
+    /// How many such looks there were in a row, up to [`LONGEST_NAP`].
+    tired: Vec<u8>,
+    /// Whether this is a video's second frame or a later one: before, nobody takes a rest.
+    live: bool,
     /// The colours in which the triangles were painted when they last woke or were changed.
     colours: Vec<[f32; 4]>,
 }
@@ -28,6 +37,28 @@ impl Rest {
         self.calm.resize(surface.at.len(), 0);
         self.colours.clear();
         self.colours.resize(surface.triangles(), [0.0; 4]);
+        self.nap.clear();
+        self.nap.resize(surface.at.len(), 0);
+        self.tired.clone_from(&self.nap);
+        self.live = false;
+    }
+
+    /// Whether it is worth to look at what a step of vertex `v` gains.
+    pub(super) fn is_rested(&self, v: u32) -> bool {
+        self.nap[v as usize] == 0
+    }
+
+    /// Takes up that vertex `v` was looked at. If hardly anything came of it, it is left alone for a
+    /// frame, after the next such look for two: most vertices of a video have nothing to gain most of
+    /// the time.
+    pub(super) fn looked_at(&mut self, v: u32, idle: bool) {
+        if !self.live {
+            return;
+        }
+        let tired = &mut self.tired[v as usize];
+        *tired = if idle { (*tired + 1).min(LONGEST_NAP) } else { 0 };
+        // The next frame begins with counting one off.
+        self.nap[v as usize] = if idle { *tired + 1 } else { 0 };
     }
 
     /// Whether vertex `v` may change.
@@ -43,6 +74,10 @@ impl Rest {
     /// A new frame: wakes the corners of the triangles whose mean colour has changed by more than
     /// noise since they were last awake; slow changes add up.
     pub(super) fn wake(&mut self, surface: &mut Surface, field: Field) {
+        self.live = true;
+        for nap in &mut self.nap {
+            *nap = nap.saturating_sub(1);
+        }
         for calm in &mut self.calm {
             *calm = calm.saturating_add(1);
         }

@@ -220,23 +220,26 @@ impl RowSums {
 
     /// The weighted sum over the pixels below `samples` points, evenly spaced between `from` and `to`,
     /// the weights falling from 2 `samples` - 1 to 1: red, green, blue, alpha (0 in opaque frames).
-    /// At most 90 samples.
+    /// At most 90 samples. `frame` is the one that was loaded.
     #[inline]
-    pub(super) fn sample(&self, from: Point, to: Point, samples: i32) -> [f32; 4] {
+    pub(super) fn sample(&self, frame: &Frame, from: Point, to: Point, samples: i32) -> [f32; 4] {
         // 16.16 fixed point: coordinates of 2^22 fit.
         let step = [(to.x - from.x) * FINER / samples, (to.y - from.y) * FINER / samples];
         let mut at = [from.x * FINER + step[0] / 2, from.y * FINER + step[1] / 2];
         let last = [self.size.width as usize - 1, self.size.height as usize - 1];
         let (mut colour, mut alpha) = (0u64, 0u32);
         for i in 0..samples {
-            let (x, y) =
-                (((at[0] >> 16) as usize).min(last[0]), ((at[1] >> 16) as usize).min(last[1]));
-            let (left, right) = (self.line(y) + spread(x), self.line(y) + spread(x + 1));
-            let weight = (2 * (samples - i) - 1) as u32;
-            let pixel = self.colour[right].wrapping_sub(self.colour[left]);
+            let x = ((at[0] >> 16) as usize).min(last[0]);
+            let y = ((at[1] >> 16) as usize).min(last[1]);
             // Weights add up to samples^2: 8100 x 255 < 2^21.
-            colour += pixel * u64::from(weight);
-            if !self.alpha.is_empty() {
+            let weight = (2 * (samples - i) - 1) as u32;
+            if self.alpha.is_empty() {
+                let pixel = frame.pixels()[y * self.size.width as usize + x];
+                colour += pack(pixel) * u64::from(weight);
+            } else {
+                let (left, right) = (self.line(y) + spread(x), self.line(y) + spread(x + 1));
+                let pixel = self.colour[right].wrapping_sub(self.colour[left]);
+                colour += pixel * u64::from(weight);
                 alpha += (self.alpha[right] - self.alpha[left]) * weight;
             }
             at = [at[0] + step[0], at[1] + step[1]];

@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::frame::{Fill, Frame, Loops, Rgba, Span, StreamInfo};
+use crate::mesh::Mesh;
 use crate::pattern::Pattern;
 
 use codec::Container;
@@ -39,6 +40,15 @@ pub struct Picture {
     pub span: Span,
 }
 
+/// What a picture was made from, for sinks that show it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Origin {
+    /// The source frame.
+    pub frame: Frame,
+    /// The mesh that was painted.
+    pub mesh: Mesh,
+}
+
 /// An output being written. Dropped before [`Sink::finish`], it leaves nothing behind.
 pub trait Sink: Send {
     /// Takes the next picture. All have one size.
@@ -46,6 +56,20 @@ pub trait Sink: Send {
     /// # Errors
     /// When it cannot be written; [`crate::error::Error::Closed`] when the reader has gone.
     fn write(&mut self, picture: Picture) -> Result<()>;
+
+    /// Whether [`Sink::write_with_origin`] is to be called in place of [`Sink::write`]. If not, what a
+    /// picture was made from is let go as soon as it is painted. Default: no.
+    fn wants_origin(&self) -> bool {
+        false
+    }
+
+    /// Takes the next picture, and what it was made from. Default: the picture alone.
+    ///
+    /// # Errors
+    /// As [`Sink::write`].
+    fn write_with_origin(&mut self, picture: Picture, _origin: Origin) -> Result<()> {
+        self.write(picture)
+    }
 
     /// Completes the output and puts it in its place.
     ///

@@ -90,6 +90,7 @@ pub(crate) fn open(path: PathBuf, format: Format, facts: Facts) -> Result<Input>
     Ok(Input::new(Arc::from([path.clone()]), info, move || {
         let frames =
             frames(&path, format).map_err(|e| Error::input(&path, broken(&e, format.word())))?;
+        let path = path.clone();
         Ok(Box::new(Animation { frames, path, format, time: Rational::ZERO, number: 0, complete }))
     }))
 }

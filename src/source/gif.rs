@@ -52,7 +52,7 @@ pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
     };
     let allow_truncated = options.allow_truncated;
     Ok(Input::new(Arc::from([path.clone()]), info, move || {
-        Ok(Box::new(Gif::new(path, facts.size, still, allow_truncated)?))
+        Ok(Box::new(Gif::new(path.clone(), facts.size, still, allow_truncated)?))
     }))
 }
 

@@ -55,6 +55,10 @@ pub trait Source {
     /// than to deliver them. Called before the first [`Source::next`], if at all. Default: they
     /// are delivered all the same.
     fn skip_to(&mut self, _start: Rational) {}
+
+    /// Called before each [`Source::next`]: waits until the next frame is due, where frames are played
+    /// at a speed. Time spent here is not time at work. Default: it is due at once.
+    fn wait(&mut self) {}
 }
 
 /// What of an input is read, and how. The default reads all of it as it is.
@@ -93,7 +97,7 @@ pub struct Sound {
 /// Frames per second of a sequence of pictures that nobody gave a rate.
 pub const SEQUENCE_RATE: Rational = Rational { num: 25, den: 1 };
 
-type Starter = Box<dyn FnOnce() -> Result<Box<dyn Source>> + Send>;
+type Starter = Box<dyn FnMut() -> Result<Box<dyn Source>> + Send>;
 
 /// An input that has been recognised and whose header has been read, not yet started. It is small
 /// and can go to the thread that decodes.
@@ -101,6 +105,7 @@ pub struct Input {
     paths: Arc<[PathBuf]>,
     info: StreamInfo,
     sound: Option<Sound>,
+    repeats: bool,
     start: Starter,
 }
 
@@ -115,9 +120,15 @@ impl Input {
     pub(crate) fn new(
         paths: Arc<[PathBuf]>,
         info: StreamInfo,
-        start: impl FnOnce() -> Result<Box<dyn Source>> + Send + 'static,
+        start: impl FnMut() -> Result<Box<dyn Source>> + Send + 'static,
     ) -> Self {
-        Self { paths, info, sound: None, start: Box::new(start) }
+        let repeats = !info.live;
+        Self { paths, info, sound: None, repeats, start: Box::new(start) }
+    }
+
+    /// The same, of what can be read only once: a pipe.
+    pub(crate) fn once(self) -> Self {
+        Self { repeats: false, ..self }
     }
 
     /// The same with sound.
@@ -144,7 +155,21 @@ impl Input {
     ///
     /// # Errors
     /// When the input cannot be opened (any more).
-    pub fn start(self) -> Result<Box<dyn Source>> {
+    pub fn start(mut self) -> Result<Box<dyn Source>> {
+        self.restart()
+    }
+
+    /// Whether it can be read again from its beginning: not a pipe, not a camera.
+    pub fn repeats(&self) -> bool {
+        self.repeats
+    }
+
+    /// As [`Input::start`], to be called any number of times if the input [repeats](Self::repeats),
+    /// else once.
+    ///
+    /// # Errors
+    /// When the input cannot be opened (any more).
+    pub fn restart(&mut self) -> Result<Box<dyn Source>> {
         (self.start)()
     }
 }
@@ -212,9 +237,9 @@ fn recognised(inputs: &[String], part: Option<Part>, options: &SourceOptions) ->
 
 fn trimmed(input: Input, part: Option<Part>) -> Input {
     let Some(part) = part else { return input };
-    let Input { paths, info, sound, start } = input;
-    Input::new(paths, part.info(info), move || Ok(Box::new(Trim::new(start()?, part))))
-        .with_sound(sound)
+    let Input { info, mut start, .. } = input;
+    let start = Box::new(move || Ok(Box::new(Trim::new(start()?, part)) as Box<dyn Source>));
+    Input { info: part.info(info), start, ..input }
 }
 
 fn resized(input: Input, options: &SourceOptions) -> Input {
@@ -223,7 +248,8 @@ fn resized(input: Input, options: &SourceOptions) -> Input {
     if to == from {
         return input;
     }
-    let Input { paths, mut info, sound, start } = input;
+    let Input { mut info, mut start, .. } = input;
     info.size = to;
-    Input::new(paths, info, move || Ok(Box::new(Resize::new(start()?, from, to)))).with_sound(sound)
+    let start = Box::new(move || Ok(Box::new(Resize::new(start()?, from, to)) as Box<dyn Source>));
+    Input { info, start, ..input }
 }

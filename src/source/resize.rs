@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::{Decoded, Source};
 use crate::error::Result;
-use crate::frame::{Frame, Rgba};
+use crate::frame::{Frame, Rational, Rgba};
 use crate::geom::Size;
 
 /// Lobes of the filter on each side (Duchon, "Lanczos filtering in one and two dimensions", 1979).
@@ -73,6 +73,10 @@ impl Scaler {
 }
 
 impl Source for Resize {
+    fn skip_to(&mut self, start: Rational) {
+        self.inner.skip_to(start);
+    }
+
     fn next(&mut self) -> Result<Option<Decoded>> {
         let Some(decoded) = self.inner.next()? else { return Ok(None) };
         let frame = self.scaler.resize(&decoded.frame)?;

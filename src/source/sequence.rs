@@ -88,6 +88,7 @@ fn input(
     let (size, allow_truncated) = (info.size, options.allow_truncated);
     let files = paths.clone();
     Input::new(files, info, move || {
+        let paths = paths.clone();
         Ok(Box::new(Sequence { paths, next: 0, size, length, allow_truncated, cut: None }))
     })
 }

@@ -100,6 +100,8 @@ pub(crate) struct Trim {
     inner: Box<dyn Source>,
     part: Part,
     delivered: u64,
+    /// Whether frames were left out that nobody wanted.
+    skipped: bool,
 }
 
 impl Trim {
@@ -108,12 +110,12 @@ impl Trim {
         if part.start > Rational::ZERO {
             inner.skip_to(part.start);
         }
-        Self { inner, part, delivered: 0 }
+        Self { inner, part, delivered: 0, skipped: false }
     }
 
     /// The end, where there was nothing in between if no frame was delivered.
     fn end(&self) -> Result<Option<Decoded>> {
-        if self.delivered == 0 {
+        if self.delivered == 0 && !self.skipped {
             let start = self.part.start.to_f64();
             return Err(Error::usage(format!(
                 "no frame of the input starts at {start} s or later within the part asked for; \
@@ -125,6 +127,14 @@ impl Trim {
 }
 
 impl Source for Trim {
+    fn skip_to(&mut self, start: Rational) {
+        // Frames that nobody sees count all the same where their number is limited.
+        if self.part.frames == u64::MAX {
+            self.skipped = start > Rational::ZERO;
+            self.inner.skip_to(self.part.start + start);
+        }
+    }
+
     fn next(&mut self) -> Result<Option<Decoded>> {
         if self.delivered == self.part.frames {
             return Ok(None);

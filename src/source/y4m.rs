@@ -65,7 +65,7 @@ pub(crate) fn open_standard() -> Result<Input> {
              polyreel ...",
         ));
     }
-    Ok(as_input(Y4mSource::new(input, Path::new("-"))?, Arc::from([])))
+    Ok(piped(Y4mSource::new(input, Path::new("-"))?, Arc::from([])))
 }
 
 /// Opens y4m in a file or a named pipe.
@@ -74,13 +74,31 @@ pub(crate) fn open_standard() -> Result<Input> {
 /// As [`Y4mSource::new`], and when it cannot be opened.
 pub(crate) fn open(path: PathBuf) -> Result<Input> {
     let file = detect::open(&path)?;
+    let repeats = file.metadata().is_ok_and(|facts| facts.is_file());
     let mut source = Y4mSource::new(file, &path)?;
     source.count_frames();
-    Ok(as_input(source, Arc::from([path])))
+    let paths = Arc::from([path.clone()]);
+    if !repeats {
+        return Ok(piped(source, paths));
+    }
+    let info = source.info.clone();
+    // The header has been read: the first time goes on from there.
+    let mut first = Some(source);
+    Ok(Input::new(paths, info, move || {
+        Ok(Box::new(match first.take() {
+            Some(source) => source,
+            None => Y4mSource::new(detect::open(&path)?, &path)?,
+        }))
+    }))
 }
 
-fn as_input<R: Read + Send + 'static>(source: Y4mSource<R>, paths: Arc<[PathBuf]>) -> Input {
-    Input::new(paths, source.info.clone(), move || Ok(Box::new(source)))
+fn piped<R: Read + Send + 'static>(source: Y4mSource<R>, paths: Arc<[PathBuf]>) -> Input {
+    let (info, mut first) = (source.info.clone(), Some(source));
+    Input::new(paths, info, move || match first.take() {
+        Some(source) => Ok(Box::new(source)),
+        None => Err(Error::usage("a pipe can be read only once")),
+    })
+    .once()
 }
 
 impl Y4mSource<File> {

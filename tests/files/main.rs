@@ -1,5 +1,6 @@
 //! Files of pictures, in and out, through real encoders and decoders.
 
+mod again;
 mod animations;
 mod broken;
 mod gif_in;

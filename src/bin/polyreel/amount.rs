@@ -47,6 +47,12 @@ pub(crate) fn time(text: &str) -> Result<Rational, String> {
     })
 }
 
+/// A factor above 0 and at most 16.
+pub(crate) fn factor(text: &str) -> Result<f64, String> {
+    let value = decimal(text).map(Rational::to_f64).filter(|v| *v > 0.0 && *v <= 16.0);
+    value.ok_or_else(|| format!("'{text}' is not a factor: write 1, 0.5 or 2, at most 16"))
+}
+
 /// Frames per second: `25`, `24000/1001`, or a decimal, where 23.976, 29.97, 59.94 and 119.88 mean the
 /// NTSC rates that they abbreviate.
 pub(crate) fn rate(text: &str) -> Result<Rational, String> {

@@ -1,5 +1,7 @@
 //! The command line: commands, and their options in groups that commands share.
 
+mod preview;
+
 use std::num::{NonZeroU64, NonZeroUsize};
 use std::path::PathBuf;
 
@@ -14,6 +16,8 @@ use crate::amount;
 use crate::budget::{Budget, budget};
 use crate::look::{LookArgs, methods};
 
+pub(crate) use preview::PreviewArgs;
+
 /// Turns pictures, GIFs and video into low-poly art, frame by frame.
 #[derive(Debug, Parser)]
 #[command(name = "polyreel", version, max_term_width = 100)]
@@ -27,6 +31,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Render pictures or an animation as low-poly art
     Render(Box<RenderArgs>),
+    /// Show pictures, video or a camera as low-poly art in a live window
+    Preview(Box<PreviewArgs>),
     /// Compare methods on pictures and clips: the paper's tables
     Evaluate(Box<EvaluateArgs>),
     /// Show what each stage sees, as PNGs
@@ -250,6 +256,12 @@ impl InputArgs {
             ffmpeg: self.ffmpeg.clone(),
         }
     }
+
+    /// How video is encoded where only the program to do it is given.
+    #[cfg(feature = "preview")]
+    pub(crate) fn video_options(&self) -> VideoOptions {
+        VideoOptions { ffmpeg: self.ffmpeg.clone(), ..VideoOptions::default() }
+    }
 }
 
 /// How the output is written.
@@ -320,6 +332,9 @@ pub(crate) struct RunArgs {
     /// Write what was done, in sum and for every frame, as JSON; replaces an older report
     #[arg(long, value_name = "FILE.json")]
     pub(crate) report: Option<PathBuf>,
+    /// Show the render in a window as it goes; to close it is to stop, with an output of what was done
+    #[arg(long)]
+    pub(crate) preview: bool,
     /// Say nothing unless something is wrong
     #[arg(short, long, conflicts_with = "verbose")]
     pub(crate) quiet: bool,

@@ -15,6 +15,11 @@ mod manual;
 mod npy;
 mod plot;
 mod presets;
+#[cfg(feature = "preview")]
+mod preview;
+#[cfg(not(feature = "preview"))]
+#[path = "no_preview.rs"]
+mod preview;
 mod progress;
 mod record;
 mod render;
@@ -39,6 +44,7 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let outcome = match cli.command {
         Command::Render(args) => render::render(&args),
+        Command::Preview(args) => preview::preview(&args),
         Command::Evaluate(args) => evaluate::evaluate(&args.settled()),
         Command::Inspect(args) => inspect::inspect(&args),
         Command::Info(args) => info::info(&args),

@@ -9,7 +9,8 @@ use polyreel::error::{Error, Result};
 use polyreel::frame::StreamInfo;
 use polyreel::options::{Options, Target};
 use polyreel::pipeline::{
-    self, Ending, Guide, InputReport, OutputReport, Report, Script, Settings, Stop, Summary,
+    self, Controls, Ending, Guide, InputReport, OutputReport, Report, Script, Settings, Stop,
+    Summary,
 };
 use polyreel::sink::{self, SinkOptions};
 use polyreel::source::{self, Input};
@@ -18,6 +19,7 @@ use polyreel::stage::Stage;
 use crate::Outcome;
 use crate::cli::RenderArgs;
 use crate::interrupt::Interrupt;
+use crate::preview::Beside;
 use crate::progress::Progress;
 use crate::record::Record;
 
@@ -34,6 +36,10 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         options.coherence = 0.0;
     }
     let record = record_of(args, input.paths(), output)?;
+    let controls = Controls::new(options.clone())?;
+    let window =
+        args.run.preview.then(|| Beside::open(&args.input.inputs, &info, controls.clone()));
+    let window = window.transpose()?;
     let sink = sink::create(output, &info, &sink_options(args, &input)?)?;
     let mut warnings = sink.warnings().to_vec();
     if !args.run.quiet {
@@ -44,7 +50,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     }
     let settings = Settings {
         options: options.clone(),
-        controls: None,
+        controls: Some(controls),
         guide: guide(args, &options, &info)?,
         threads: args.run.threads,
         live: info.live,
@@ -53,7 +59,16 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let mut progress = Progress::new(info.frames, args.run.quiet, record.is_some())
         .telling_changes(args.run.verbose);
     interrupt.begin();
-    let ended = pipeline::run(move || input.start(), sink, &settings, &mut progress, &stop);
+    let start = move || input.start();
+    let ended = match window {
+        None => pipeline::run(start, sink, &settings, &mut progress, &stop),
+        Some(window) => {
+            let sink = window.watch(sink);
+            window.run(&stop, &mut progress, |observer| {
+                pipeline::run(start, sink, &settings, observer, &stop)
+            })
+        }
+    };
     let per_frame = progress.finish();
     let summary = ended?;
     if let (Some(target), Some(least)) = (settings.options.error, summary.likeness)

@@ -1,0 +1,41 @@
+//! What stands in for the window in a build without one.
+
+use polyreel::error::{Error, Result};
+use polyreel::frame::StreamInfo;
+use polyreel::pipeline::{Controls, Observer, Stop, Summary};
+use polyreel::sink::Sink;
+
+use crate::Outcome;
+use crate::cli::PreviewArgs;
+
+fn no_window() -> Error {
+    Error::output("preview", "this polyreel was built without its window (feature 'preview')")
+}
+
+/// Tells that there is no window.
+pub(crate) fn preview(_: &PreviewArgs) -> Result<Outcome> {
+    Err(no_window())
+}
+
+/// The window beside a render, which cannot be had.
+pub(crate) enum Beside {}
+
+impl Beside {
+    /// Tells that there is no window.
+    pub(crate) fn open(_: &[String], _: &StreamInfo, _: Controls) -> Result<Self> {
+        Err(no_window())
+    }
+
+    pub(crate) fn watch(&self, _: Box<dyn Sink>) -> Box<dyn Sink> {
+        match *self {}
+    }
+
+    pub(crate) fn run(
+        self,
+        _: &Stop,
+        _: &mut (dyn Observer + Send),
+        _: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
+    ) -> Result<Summary> {
+        match self {}
+    }
+}

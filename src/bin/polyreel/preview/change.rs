@@ -1,0 +1,135 @@
+//! What a key makes of the options.
+
+use polyreel::geom::Size;
+use polyreel::options::{Colour, Method, Options, Points, Quality};
+
+use super::keys::{Look, Way};
+
+/// Number of points grows or shrinks by this much: two presses are about half as many again.
+const POINTS: f64 = 1.25;
+
+/// A step of coherence.
+const COHERENCE: f64 = 0.1;
+
+/// Steps of refinement a frame that one may choose from.
+const REFINEMENT: [u32; 13] = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
+
+/// Steps of refinement a frame where the quality decides: most of what can be had on moving pictures.
+const USUAL: u32 = 2;
+
+/// `options` as `look` changes them for frames of `size`, and what to tell of it. `outline` is the
+/// colour that an outline gets.
+pub(super) fn changed(
+    options: &Options,
+    look: Look,
+    size: Size,
+    outline: Colour,
+) -> (Options, String) {
+    let mut options = options.clone();
+    let told = match look {
+        Look::Method(number) => {
+            options.method = Method::ALL.get(number).copied().unwrap_or_default();
+            format!("method {}", options.method.name())
+        }
+        Look::Points(way) => {
+            let points = options.points.target(size) as f64;
+            let wanted = if way == Way::Up { points * POINTS } else { points / POINTS };
+            let most = u32::try_from(size.pixels() / 4).unwrap_or(u32::MAX).max(4);
+            let count = (wanted.round() as u32).clamp(4, most);
+            // A number of points asked for is meant, whatever grid there was.
+            options.hex_density = None;
+            options.points = Points::Count(count);
+            format!("{count} points")
+        }
+        Look::Coherence(way) => {
+            let step = if way == Way::Up { COHERENCE } else { -COHERENCE };
+            // Whole steps: 0.1 ten times over is 1.
+            options.coherence = ((options.coherence + step) * 10.0).round().clamp(0.0, 10.0) / 10.0;
+            format!("coherence {}", options.coherence)
+        }
+        Look::Refinement(way) => {
+            let steps = refined(steps(&options), way);
+            options.refine = Some(steps);
+            // A target would say something else.
+            options.error = None;
+            format!("{steps} refinement steps a frame")
+        }
+        Look::Outline => {
+            options.outline = if options.outline.is_some() { None } else { Some(outline) };
+            format!("outline {}", options.outline.map_or("off".to_owned(), |c| c.to_string()))
+        }
+    };
+    if options.points == Points::Auto && options.error.is_none() {
+        options.points = Points::default();
+    }
+    (options, told)
+}
+
+/// Steps of refinement that a frame of a stream gets.
+fn steps(options: &Options) -> u32 {
+    options.refine.unwrap_or(match options.quality {
+        Quality::Draft => 0,
+        Quality::Normal => USUAL,
+        Quality::Best => 2 * USUAL,
+    })
+}
+
+fn refined(steps: u32, way: Way) -> u32 {
+    let next = match way {
+        Way::Up => REFINEMENT.into_iter().find(|&choice| choice > steps),
+        Way::Down => REFINEMENT.into_iter().rev().find(|&choice| choice < steps),
+    };
+    next.unwrap_or(steps)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: Size = Size::new(640, 360);
+    const RED: Colour = Colour([255, 0, 0, 255]);
+
+    fn press(options: &Options, look: Look) -> Options {
+        let options = changed(options, look, SIZE, RED).0;
+        options.validate().expect("keys keep options sound");
+        options
+    }
+
+    #[test]
+    fn each_key_changes_its_field_alone() {
+        let base = Options::default();
+        assert_eq!(press(&base, Look::Method(2)), Options { method: Method::Hslp, ..base.clone() });
+        assert_eq!(
+            press(&base, Look::Coherence(Way::Up)),
+            Options { coherence: 0.6, ..base.clone() }
+        );
+        let outlined = press(&base, Look::Outline);
+        assert_eq!(outlined, Options { outline: Some(RED), ..base.clone() });
+        assert_eq!(press(&outlined, Look::Outline), base);
+        let refined = press(&base, Look::Refinement(Way::Up));
+        assert_eq!(refined, Options { refine: Some(3), ..base.clone() });
+        let points = Points::Count(2304);
+        assert_eq!(press(&base, Look::Points(Way::Up)), Options { points, ..base });
+    }
+
+    #[test]
+    fn keys_stop_at_the_ends_of_the_ranges() {
+        for way in [Way::Up, Way::Down] {
+            for look in [Look::Points(way), Look::Coherence(way), Look::Refinement(way)] {
+                let mut options = Options::default();
+                for _ in 0..60 {
+                    options = press(&options, look);
+                }
+                assert_eq!(press(&options, look), options, "{look:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_target_gives_way_to_keys() {
+        let error = Some(polyreel::options::Target::Psnr(30.0));
+        let auto = Options { points: Points::Auto, error, ..Options::default() };
+        press(&auto, Look::Refinement(Way::Down));
+        press(&auto, Look::Points(Way::Down));
+    }
+}

@@ -1,0 +1,204 @@
+//! Where finished pictures lie until the window takes them: room for one, the newest.
+//!
+//! Whoever brings a picture never waits, and whoever fetches one gets the newest there is.
+
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use polyreel::error::Result;
+use polyreel::frame::{Frame, Span};
+use polyreel::pipeline::FrameReport;
+use polyreel::sink::{Origin, Picture, Sink};
+
+use super::playback::Deck;
+use super::recorder::Recorder;
+
+/// A picture with all that the window may show of it.
+#[derive(Debug)]
+pub(super) struct Shown {
+    /// The low-poly picture.
+    pub(super) frame: Frame,
+    /// What it was made from.
+    pub(super) origin: Origin,
+    /// Its time in the stream.
+    pub(super) span: Span,
+}
+
+#[derive(Debug, Default)]
+struct Slot {
+    newest: Option<Arc<Shown>>,
+    /// Whether the window has fetched it.
+    fetched: bool,
+    /// Pictures that were replaced before the window came for them.
+    missed: u64,
+    report: Option<FrameReport>,
+    /// Nothing more will come.
+    over: bool,
+}
+
+/// Room for the newest picture, and for the newest report.
+#[derive(Debug, Default)]
+pub(super) struct Mailbox {
+    slot: Mutex<Slot>,
+    brought: Condvar,
+}
+
+impl Mailbox {
+    fn lock(&self) -> MutexGuard<'_, Slot> {
+        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Puts a picture in, in the place of the one before.
+    pub(super) fn bring(&self, shown: Shown) {
+        let mut slot = self.lock();
+        slot.missed += u64::from(slot.newest.is_some() && !slot.fetched);
+        slot.newest = Some(Arc::new(shown));
+        slot.fetched = false;
+        drop(slot);
+        self.brought.notify_all();
+    }
+
+    /// Whether the last picture has been fetched, or there was none.
+    fn is_empty(&self) -> bool {
+        let slot = self.lock();
+        slot.fetched || slot.newest.is_none()
+    }
+
+    /// A picture that was not fetched before, waiting for one at most `patience`.
+    pub(super) fn fetch(&self, patience: Duration) -> Option<Arc<Shown>> {
+        let nothing = |slot: &mut Slot| !slot.over && (slot.fetched || slot.newest.is_none());
+        let waited = self.brought.wait_timeout_while(self.lock(), patience, nothing);
+        let mut slot = waited.unwrap_or_else(PoisonError::into_inner).0;
+        if slot.fetched {
+            return None;
+        }
+        slot.fetched = slot.newest.is_some();
+        slot.newest.clone()
+    }
+
+    /// The last picture that came in, fetched or not.
+    pub(super) fn newest(&self) -> Option<Arc<Shown>> {
+        self.lock().newest.clone()
+    }
+
+    /// Keeps the report of the newest frame.
+    pub(super) fn note(&self, report: &FrameReport) {
+        self.lock().report = Some(report.clone());
+    }
+
+    /// The report of the newest frame.
+    pub(super) fn noted(&self) -> Option<FrameReport> {
+        self.lock().report.clone()
+    }
+
+    /// Pictures that were replaced before the window came for them.
+    pub(super) fn missed(&self) -> u64 {
+        self.lock().missed
+    }
+
+    /// Nothing more will come.
+    pub(super) fn close(&self) {
+        self.lock().over = true;
+        self.brought.notify_all();
+    }
+
+    /// Whether nothing more will come.
+    pub(super) fn is_closed(&self) -> bool {
+        self.lock().over
+    }
+}
+
+/// The sink of a preview: the mailbox, and the recording while there is one.
+pub(super) struct Screen {
+    pub(super) mailbox: Arc<Mailbox>,
+    pub(super) deck: Arc<Deck>,
+    pub(super) recorder: Arc<Recorder>,
+}
+
+impl Sink for Screen {
+    fn write(&mut self, _: Picture) -> Result<()> {
+        // Not called: see below.
+        Ok(())
+    }
+
+    fn wants_origin(&self) -> bool {
+        true
+    }
+
+    fn write_with_origin(&mut self, picture: Picture, origin: Origin) -> Result<()> {
+        self.recorder.write(&picture);
+        let Picture { frame, span, .. } = picture;
+        self.mailbox.bring(Shown { frame, origin, span });
+        self.deck.arrived();
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        Ok(())
+    }
+}
+
+/// A sink that lets the window look at what goes by. Copies are made only of what the window has time
+/// for.
+pub(super) struct Glance {
+    pub(super) inner: Box<dyn Sink>,
+    pub(super) mailbox: Arc<Mailbox>,
+}
+
+impl Sink for Glance {
+    fn write(&mut self, picture: Picture) -> Result<()> {
+        self.inner.write(picture)
+    }
+
+    fn wants_origin(&self) -> bool {
+        true
+    }
+
+    fn write_with_origin(&mut self, picture: Picture, origin: Origin) -> Result<()> {
+        if self.mailbox.is_empty() {
+            let (frame, span) = (picture.frame.clone(), picture.span);
+            self.mailbox.bring(Shown { frame, origin, span });
+        }
+        self.inner.write(picture)
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        self.inner.finish()
+    }
+
+    fn warnings(&self) -> &[String] {
+        self.inner.warnings()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use polyreel::frame::Rational;
+    use polyreel::geom::Size;
+    use polyreel::mesh::Mesh;
+
+    fn shown(index: i64) -> Shown {
+        let size = Size::new(1, 1);
+        let frame = Frame::filled(size, [0; 4]).expect("a frame");
+        let mesh = Mesh { size, vertices: Vec::new(), triangles: Vec::new() };
+        let span = Span { start: Rational::new(index, 1), length: None };
+        Shown { origin: Origin { frame: frame.clone(), mesh }, frame, span }
+    }
+
+    #[test]
+    fn the_window_gets_the_newest_once_and_what_it_missed_is_counted() {
+        let mailbox = Mailbox::default();
+        assert!(mailbox.fetch(Duration::ZERO).is_none() && mailbox.is_empty());
+        (0..3).for_each(|i| mailbox.bring(shown(i)));
+        let start = |shown: Option<Arc<Shown>>| shown.map(|shown| shown.span.start.num);
+        assert_eq!(start(mailbox.fetch(Duration::ZERO)), Some(2));
+        assert_eq!(start(mailbox.fetch(Duration::ZERO)), None);
+        assert_eq!(start(mailbox.newest()), Some(2));
+        mailbox.bring(shown(3));
+        assert_eq!(mailbox.missed(), 2);
+        mailbox.close();
+        assert_eq!(start(mailbox.fetch(Duration::from_secs(3600))), Some(3));
+        assert_eq!(start(mailbox.fetch(Duration::from_secs(3600))), None, "nobody waits for more");
+    }
+}

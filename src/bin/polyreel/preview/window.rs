@@ -1,0 +1,161 @@
+//! The window itself: the only file that knows minifb.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use minifb::{InputCallback, Key, MouseButton, MouseMode, ScaleMode, WindowOptions};
+use polyreel::error::{Error, Result};
+
+use super::canvas::Canvas;
+use super::keys::Stroke;
+
+/// A key that was pressed, and whether it was held down and speaks again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Press {
+    pub(super) stroke: Stroke,
+    pub(super) again: bool,
+}
+
+/// A window that shows a canvas. It belongs to the main thread.
+pub(super) struct Window {
+    inner: minifb::Window,
+    presses: Rc<RefCell<Vec<Press>>>,
+}
+
+impl Window {
+    /// A window of `width` by `height` pixels.
+    ///
+    /// # Errors
+    /// When there is no display.
+    pub(super) fn open(title: &str, (width, height): (usize, usize)) -> Result<Self> {
+        let options = WindowOptions {
+            resize: true,
+            // The canvas is always of the window's size.
+            scale_mode: ScaleMode::UpperLeft,
+            ..WindowOptions::default()
+        };
+        // A nought in a title would end it.
+        let title = title.replace('\0', "");
+        let mut inner = minifb::Window::new(&title, width, height, options).map_err(no_window)?;
+        // It would sleep here and there; we wait for pictures ourselves.
+        inner.set_target_fps(0);
+        let presses = Rc::default();
+        inner.set_input_callback(Box::new(Listener::new(&presses)));
+        Ok(Self { inner, presses })
+    }
+
+    /// Sees to what has happened since: the keys that were pressed, in order.
+    pub(super) fn poll(&mut self) -> Vec<Press> {
+        self.inner.update();
+        self.presses.take()
+    }
+
+    /// Whether nobody has closed it.
+    pub(super) fn is_open(&self) -> bool {
+        self.inner.is_open()
+    }
+
+    /// Its size in pixels, at least 1 by 1.
+    pub(super) fn size(&self) -> (usize, usize) {
+        let (width, height) = self.inner.get_size();
+        (width.max(1), height.max(1))
+    }
+
+    /// The column that the mouse holds, while its left button is down.
+    pub(super) fn held(&self) -> Option<f64> {
+        if !self.inner.get_mouse_down(MouseButton::Left) {
+            return None;
+        }
+        self.inner.get_unscaled_mouse_pos(MouseMode::Clamp).map(|(x, _)| f64::from(x))
+    }
+
+    /// Shows `canvas`.
+    ///
+    /// # Errors
+    /// When the window does not take it.
+    pub(super) fn show(&mut self, canvas: &Canvas) -> Result<()> {
+        let Canvas { width, height, pixels } = canvas;
+        let shown = self.inner.update_with_buffer(pixels, *width, *height);
+        shown.map_err(|error| {
+            Error::output("preview", format!("the window cannot be drawn: {error}"))
+        })
+    }
+}
+
+fn no_window(error: minifb::Error) -> Error {
+    let what = error.to_string();
+    let what = what.trim_end_matches('.');
+    Error::output(
+        "preview",
+        format!(
+            "there is no display to open a window on ({what}); run it in a graphical session, or use \
+             'polyreel render'"
+        ),
+    )
+}
+
+/// Hears every key, also those that are pressed and let go between two looks.
+struct Listener {
+    presses: Rc<RefCell<Vec<Press>>>,
+    down: Vec<Key>,
+    /// The key that speaks was down already.
+    again: bool,
+}
+
+impl Listener {
+    fn new(presses: &Rc<RefCell<Vec<Press>>>) -> Self {
+        Self { presses: presses.clone(), down: Vec::new(), again: false }
+    }
+
+    fn press(&mut self, stroke: Stroke) {
+        let again = std::mem::take(&mut self.again);
+        self.presses.borrow_mut().push(Press { stroke, again });
+    }
+}
+
+impl InputCallback for Listener {
+    fn add_char(&mut self, character: u32) {
+        if let Some(character) = char::from_u32(character) {
+            self.press(Stroke::Char(character));
+        }
+    }
+
+    fn set_key_state(&mut self, key: Key, down: bool) {
+        self.again = down && self.down.contains(&key);
+        if !down {
+            self.down.retain(|&other| other != key);
+            return;
+        }
+        if !self.again {
+            self.down.push(key);
+        }
+        match key {
+            Key::Left => self.press(Stroke::Left),
+            Key::Right => self.press(Stroke::Right),
+            _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_that_is_held_says_so() {
+        let presses = Rc::default();
+        let mut listener = Listener::new(&presses);
+        let mut say = |key, down, character: Option<char>| {
+            listener.set_key_state(key, down);
+            character.into_iter().for_each(|c| listener.add_char(c.into()));
+        };
+        say(Key::H, true, Some('h'));
+        say(Key::H, true, Some('h'));
+        say(Key::H, false, None);
+        say(Key::Left, true, None);
+        say(Key::H, true, Some('h'));
+        let char = |again| Press { stroke: Stroke::Char('h'), again };
+        let left = Press { stroke: Stroke::Left, again: false };
+        assert_eq!(presses.take(), [char(false), char(true), left, char(false)]);
+    }
+}

@@ -1,0 +1,140 @@
+//! An X display: windows found, looked at, pressed and resized.
+
+use std::time::{Duration, Instant};
+
+use x11rb::connection::Connection;
+use x11rb::protocol::xproto::{
+    AtomEnum, ClientMessageEvent, ConfigureWindowAux, ConnectionExt, EventMask, ImageFormat,
+    InputFocus, KEY_PRESS_EVENT, KEY_RELEASE_EVENT, Window,
+};
+use x11rb::protocol::xtest::ConnectionExt as _;
+use x11rb::rust_connection::RustConnection;
+
+/// How long anything may take before a test gives up. Nothing depends on how long it does take.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Tries `look` until it finds something.
+pub(crate) fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let began = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(began.elapsed() < PATIENCE, "{what}: it never happened");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+pub(crate) struct Display {
+    x: RustConnection,
+    root: Window,
+}
+
+/// A screenshot: `0RGB`, row by row.
+#[derive(Clone, PartialEq)]
+pub(crate) struct Shot {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    pub(crate) pixels: Vec<u32>,
+}
+
+impl Shot {
+    pub(crate) fn count(&self, colour: u32) -> usize {
+        self.pixels.iter().filter(|&&pixel| pixel == colour).count()
+    }
+
+    /// The upper three quarters, where no status line is.
+    pub(crate) fn picture(&self) -> &[u32] {
+        &self.pixels[..self.width * (self.height * 3 / 4)]
+    }
+}
+
+impl Display {
+    /// The display of the environment; `None`, loudly, if there is none.
+    pub(crate) fn open() -> Option<Self> {
+        match RustConnection::connect(None) {
+            Ok((x, screen)) => {
+                let root = x.setup().roots[screen].root;
+                Some(Self { x, root })
+            }
+            Err(error) => {
+                assert_ne!(std::env::var("REQUIRE_DISPLAY").as_deref(), Ok("1"), "{error}");
+                eprintln!("SKIPPED: there is no X display: {error}");
+                None
+            }
+        }
+    }
+
+    /// The window whose title begins with `title`, once it is there, with the keyboard.
+    pub(crate) fn window(&self, title: &str) -> Window {
+        let window = until("the window", || self.find(self.root, title));
+        until("the keyboard", || {
+            let focus = self.x.set_input_focus(InputFocus::PARENT, window, x11rb::CURRENT_TIME);
+            focus.ok()?.check().ok()
+        });
+        window
+    }
+
+    fn find(&self, window: Window, title: &str) -> Option<Window> {
+        let (kind, any) = (AtomEnum::WM_NAME, AtomEnum::ANY);
+        let name = self.x.get_property(false, window, kind, any, 0, 1024).ok()?.reply().ok()?;
+        if name.value.starts_with(title.as_bytes()) {
+            return Some(window);
+        }
+        let children = self.x.query_tree(window).ok()?.reply().ok()?.children;
+        children.into_iter().find_map(|child| self.find(child, title))
+    }
+
+    pub(crate) fn shot(&self, window: Window) -> Option<Shot> {
+        let place = self.x.get_geometry(window).ok()?.reply().ok()?;
+        let (width, height) = (place.width, place.height);
+        let image = self.x.get_image(ImageFormat::Z_PIXMAP, window, 0, 0, width, height, !0);
+        let data = image.ok()?.reply().ok()?.data;
+        let (pixels, _) = data.as_chunks::<4>();
+        let pixels = pixels.iter().map(|&p| u32::from_le_bytes(p) & 0xff_ffff).collect();
+        Some(Shot { width: width.into(), height: height.into(), pixels })
+    }
+
+    /// A screenshot for which `is_right`, once there is one.
+    pub(crate) fn shot_where(
+        &self,
+        window: Window,
+        what: &str,
+        is_right: impl Fn(&Shot) -> bool,
+    ) -> Shot {
+        until(what, || self.shot(window).filter(&is_right))
+    }
+
+    /// Presses the key that is engraved with the keysym `key` (for Latin characters their code).
+    pub(crate) fn press(&self, key: u32) {
+        let setup = self.x.setup();
+        let (first, last) = (setup.min_keycode, setup.max_keycode);
+        let map = self.x.get_keyboard_mapping(first, last - first + 1).expect("a keyboard");
+        let map = map.reply().expect("a keyboard");
+        let each = usize::from(map.keysyms_per_keycode);
+        let place = map.keysyms.chunks(each).position(|keys| keys[0] == key);
+        let code = first + place.expect("the key is on the keyboard") as u8;
+        for event in [KEY_PRESS_EVENT, KEY_RELEASE_EVENT] {
+            let sent = self.x.xtest_fake_input(event, code, 0, self.root, 0, 0, 0);
+            sent.expect("XTEST").check().expect("the key is pressed");
+        }
+    }
+
+    /// In the corner of the screen, so that all of it can be seen.
+    pub(crate) fn resize(&self, window: Window, width: u32, height: u32) {
+        let size = ConfigureWindowAux::new().x(0).y(0).width(width).height(height);
+        let sent = self.x.configure_window(window, &size).expect("a window");
+        sent.check().expect("it is resized");
+    }
+
+    /// Closes the window as a window manager does.
+    pub(crate) fn close(&self, window: Window) {
+        let atom = |name: &[u8]| {
+            self.x.intern_atom(false, name).expect("X").reply().expect("an atom").atom
+        };
+        let (protocols, delete) = (atom(b"WM_PROTOCOLS"), atom(b"WM_DELETE_WINDOW"));
+        let event = ClientMessageEvent::new(32, window, protocols, [delete, 0, 0, 0, 0]);
+        let sent = self.x.send_event(false, window, EventMask::NO_EVENT, event).expect("X");
+        sent.check().expect("it is told");
+    }
+}

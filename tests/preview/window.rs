@@ -1,0 +1,195 @@
+//! What the window shows, and what its keys do.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use polyreel::options::{Options, Points};
+
+use crate::display::{Display, Shot, until};
+use crate::given;
+
+/// The colours of the program's letters and marks.
+const HELP_KEYS: u32 = 0xff_c83c;
+const SEEDS: u32 = 0xff_3030;
+const SLIDER: u32 = 0xff_ffff;
+
+const LEFT: u32 = 0xff51;
+const ESCAPE: u32 = 0xff1b;
+
+/// There is one keyboard: one test at a time.
+fn alone() -> MutexGuard<'static, ()> {
+    static ALONE: Mutex<()> = Mutex::new(());
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The program; it ends with the test.
+struct Running(Child);
+
+impl Running {
+    fn start(folder: &Path, args: &[&str]) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_polyreel"));
+        let command = command.current_dir(folder).args(args).stderr(Stdio::inherit());
+        Self(command.spawn().expect("the program starts"))
+    }
+
+    /// Its exit code.
+    fn end(mut self) -> i32 {
+        let status = until("the end", || self.0.try_wait().expect("a child"));
+        status.code().expect("no signal ended it")
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn is_lit(shot: &Shot) -> bool {
+    shot.picture().iter().filter(|&&pixel| pixel != 0).count() > shot.picture().len() / 2
+}
+
+fn names(folder: &Path, part: &str) -> Vec<String> {
+    let entries = fs::read_dir(folder).expect("a folder").flatten();
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let mut names: Vec<_> = names.filter(|name| name.contains(part)).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn keys_change_what_the_window_shows() {
+    let Some(display) = Display::open() else { return };
+    let _alone = alone();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    given::gif(&folder.path().join("disc.gif"), 25);
+    let running = Running::start(folder.path(), &["preview", "disc.gif"]);
+    let window = display.window("disc");
+    let first = display.shot_where(window, "a picture", is_lit);
+    display.shot_where(window, "it moves", |shot| shot.picture() != first.picture());
+
+    for (key, colour, least) in [('h', HELP_KEYS, 200), ('g', SEEDS, 50), ('s', SLIDER, 400)] {
+        display.press(key.into());
+        display.shot_where(window, "it is shown", |shot| shot.count(colour) >= least);
+        display.press(key.into());
+        display.shot_where(window, "it is gone", |shot| shot.count(colour) < least / 2);
+    }
+
+    display.press(' '.into());
+    let rest = until("it stands still", || {
+        let shot = display.shot(window)?;
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        display.shot(window).filter(|later| later.picture() == shot.picture())
+    });
+    // Every change of the look is seen on the frame that stands still.
+    let mut before = rest;
+    for key in ['.', 'o', '2', '-', '=', '[', ']', ';', ',', 'o'] {
+        display.press(key.into());
+        let what = format!("a change by {key}");
+        before = display.shot_where(window, &what, |shot| shot.pixels != before.pixels);
+    }
+    display.press(LEFT);
+    display.shot_where(window, "a jump", |shot| shot.picture() != before.picture());
+    display.press(ESCAPE);
+    assert_eq!(running.end(), 0);
+}
+
+#[test]
+fn keys_write_files_and_never_replace_one() {
+    let Some(display) = Display::open() else { return };
+    let _alone = alone();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    given::gif(&folder.join("disc.gif"), 25);
+    let running = Running::start(folder, &["preview", "disc.gif", "--points", "90"]);
+    let window = display.window("disc");
+    display.shot_where(window, "a picture", is_lit);
+
+    display.press(' '.into());
+    for count in 1..=2 {
+        display.press('p'.into());
+        until("a picture is saved", || (names(folder, ".png").len() == count).then_some(()));
+    }
+    for name in names(folder, ".png") {
+        // It is there as soon as its name is.
+        let picture = image::open(folder.join(name)).expect("a picture");
+        assert_eq!((picture.width(), picture.height()), given::SIZE);
+    }
+    display.press('w'.into());
+    let read = || {
+        let text = fs::read_to_string(folder.join("disc-preset.toml")).ok()?;
+        toml::from_str::<Options>(&text).ok().filter(|options| options.points == Points::Count(90))
+    };
+    until("a preset with what was asked for", read);
+
+    display.press(' '.into());
+    display.press('r'.into());
+    let moving = display.shot_where(window, "a picture", is_lit);
+    display.shot_where(window, "it goes on", |shot| shot.picture() != moving.picture());
+    display.press('r'.into());
+    let recorded = until("a recording", || names(folder, "disc-recording").pop());
+    display.press('q'.into());
+    assert_eq!(running.end(), 0);
+    assert!(fs::metadata(folder.join(recorded)).expect("a file").len() > 100);
+    assert_eq!(names(folder, "").len(), 5, "{:?}", names(folder, ""));
+}
+
+#[test]
+fn a_resized_window_keeps_the_proportion() {
+    let Some(display) = Display::open() else { return };
+    let _alone = alone();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    given::picture(0).save(folder.path().join("still.png")).expect("a writable folder");
+    let running = Running::start(folder.path(), &["preview", "still.png"]);
+    let window = display.window("still");
+    display.shot_where(window, "a picture", is_lit);
+    for (width, height) in [(900, 300), (300, 700), (1100, 1050)] {
+        display.resize(window, width, height);
+        let (width, height) = (width as usize, height as usize);
+        display.shot_where(window, "the picture in its new size", |shot| {
+            let lit: Vec<_> = (0..shot.pixels.len())
+                .filter(|&i| ![0, 0x18_1818, 0xe6_e6e6].contains(&shot.pixels[i]))
+                .map(|i| (i % shot.width, i / shot.width))
+                .collect();
+            let extent = |of: fn(&(usize, usize)) -> usize| {
+                let (least, most) = (lit.iter().map(of).min(), lit.iter().map(of).max());
+                Some(most? + 1 - least?)
+            };
+            let (Some(across), Some(down)) = (extent(|p| p.0), extent(|p| p.1)) else {
+                return false;
+            };
+            let ratio = across as f64 / down as f64;
+            (shot.width, shot.height) == (width, height)
+                && (ratio - 1.5).abs() < 0.02
+                && (across > width * 9 / 10 || down > height / 2)
+        });
+    }
+    display.close(window);
+    assert_eq!(running.end(), 0);
+}
+
+#[test]
+fn closing_the_window_of_a_render_finishes_its_output() {
+    let Some(display) = Display::open() else { return };
+    let _alone = alone();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    // Long enough that nobody sees its end.
+    given::y4m(&folder.join("bar.y4m"), 4000);
+    let running = Running::start(folder, &["render", "bar.y4m", "-o", "out.gif", "--preview"]);
+    let window = display.window("bar");
+    let first = display.shot_where(window, "a picture", is_lit);
+    display.shot_where(window, "it goes on", |shot| shot.picture() != first.picture());
+    display.close(window);
+    assert_eq!(running.end(), 0);
+    assert_eq!(names(folder, ""), ["bar.y4m", "out.gif"]);
+    let file = std::io::BufReader::new(fs::File::open(folder.join("out.gif")).expect("a file"));
+    let frames = image::AnimationDecoder::into_frames(
+        image::codecs::gif::GifDecoder::new(file).expect("a GIF"),
+    );
+    let frames = frames.collect_frames().expect("a complete GIF").len();
+    assert!((1..4000).contains(&frames), "{frames}");
+}
