@@ -105,10 +105,20 @@ impl Mesh {
     /// Turns each triangle so that its smallest vertex number comes first, and sorts them.
     pub fn canonicalise(triangles: &mut [[u32; 3]]) {
         for t in triangles.iter_mut() {
-            let first = (0..3).min_by_key(|&i| t[i]).unwrap_or(0);
-            t.rotate_left(first);
+            *t = Self::smallest_first(*t);
         }
         triangles.sort_unstable();
+    }
+
+    /// The triangle turned so that its smallest vertex number comes first.
+    pub fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
+        if a < b && a < c {
+            [a, b, c]
+        } else if b < c {
+            [b, c, a]
+        } else {
+            [c, a, b]
+        }
     }
 
     /// Proves that the triangles cover the frame exactly, without gap, overlap or a triangle of no

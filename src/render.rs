@@ -99,7 +99,7 @@ impl Renderer {
             triangulate_start(frame, self.mesher.sample(&features, frame, detail)?)?;
         let refined = self.mesher.refine(&mut mesh, frame, fresh, detail)?;
         let life = self.mesher.remember(&mesh, fresh, &refined);
-        let painting = self.painter.paint(&mesh, frame, fresh, detail.rows);
+        let painting = self.painter.paint(&mesh, frame, fresh, detail.rows, refined.fills);
         let (refine_steps, likeness) = (refined.steps, refined.likeness);
         let candidates = features.candidates.len();
         Ok(Rendered { painting, mesh, life, refine_steps, likeness, candidates })

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use crate::feature::Features;
-use crate::frame::{Frame, Span};
+use crate::frame::{Fill, Frame, Span};
 use crate::mesh::Mesh;
 use crate::options::{Detail, Options};
 use crate::sink::{Origin, Picture};
@@ -68,6 +68,8 @@ pub(super) struct Meshed {
     pub(super) ticket: Ticket,
     pub(super) frame: Frame,
     pub(super) mesh: Mesh,
+    /// The triangles' mean colours, where refinement knows them.
+    pub(super) fills: Vec<Fill>,
     /// Whether the mesh has nothing to do with that of the frame before.
     pub(super) fresh: bool,
 }

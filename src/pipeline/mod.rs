@@ -284,7 +284,7 @@ fn build_mesh(
         .zip(refined.likeness)
         .is_some_and(|(target, likeness)| likeness < target.value());
     pilot.after_mesh(report, fresh);
-    Ok(Meshed { ticket, frame, mesh, fresh })
+    Ok(Meshed { ticket, frame, mesh, fills: refined.fills, fresh })
 }
 
 /// Mean colours, and the picture.
@@ -295,12 +295,14 @@ fn fill(
     pilot: &Pilot,
     pool: &Pool,
 ) -> Result<Painted> {
-    let Meshed { mut ticket, frame, mesh, fresh } = hop;
+    let Meshed { mut ticket, frame, mesh, fills, fresh } = hop;
     pilot.before_painting(&mut ticket);
     let Ticket { orders, span, mut report, .. } = ticket;
     let rows = orders.detail.rows;
     let painting = pool.work(|| {
-        clock.time(Stage::Rasterise, &mut report, || Ok(painter.paint(&mesh, &frame, fresh, rows)))
+        clock.time(Stage::Rasterise, &mut report, || {
+            Ok(painter.paint(&mesh, &frame, fresh, rows, fills))
+        })
     })?;
     pilot.after_painting(&report);
     let picture = Picture { frame: painting.frame, fills: painting.fills, span };

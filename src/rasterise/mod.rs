@@ -54,8 +54,22 @@ impl Painter {
 
     /// Paints the next frame, see [`rasterise`]. `fresh` says that its mesh has nothing to do with the
     /// last one; mean colours are taken from every `rows`-th row, where a triangle has enough of them.
-    pub fn paint(&mut self, mesh: &Mesh, frame: &Frame, fresh: bool, rows: u32) -> Painting {
-        let mut fills = if rows > 1 { sparse_means(mesh, frame, rows) } else { means(mesh, frame) };
+    /// `known` are the means as [`Refined::fills`](crate::refine::Refined::fills) has them, or empty.
+    pub fn paint(
+        &mut self,
+        mesh: &Mesh,
+        frame: &Frame,
+        fresh: bool,
+        rows: u32,
+        known: Vec<Fill>,
+    ) -> Painting {
+        let mut fills = if known.len() == mesh.triangles.len() {
+            seen_below(mesh, frame, known)
+        } else if rows > 1 {
+            sparse_means(mesh, frame, rows)
+        } else {
+            means(mesh, frame)
+        };
         if fresh {
             self.memory.forget();
         }
@@ -110,16 +124,18 @@ fn mean_opaque(frame: &Frame, triangle: [Point; 3]) -> Fill {
     let mut area = 0;
     scan::spans(triangle, 0..frame.size().height, |y, columns| {
         area += columns.len() as u32;
-        // A row has at most 16384 pixels: its sums fit 32 bits.
-        let (mut red, mut green, mut blue) = (0u32, 0u32, 0u32);
-        for &[r, g, b, _] in &frame.row(y)[columns] {
-            red += u32::from(r);
-            green += u32::from(g);
-            blue += u32::from(b);
+        // Red and blue side by side in one number: 256 of them stay below 2^16.
+        for piece in frame.row(y)[columns].chunks(256) {
+            let (mut red_blue, mut green) = (0u32, 0u32);
+            for &pixel in piece {
+                let pixel = u32::from_le_bytes(pixel);
+                red_blue += pixel & 0x00ff_00ff;
+                green += pixel >> 8 & 0xff;
+            }
+            sum[0] += u64::from(red_blue & 0xffff);
+            sum[1] += u64::from(green);
+            sum[2] += u64::from(red_blue >> 16);
         }
-        sum[0] += u64::from(red);
-        sum[1] += u64::from(green);
-        sum[2] += u64::from(blue);
     });
     if area == 0 {
         return Fill { colour: below_centroid(frame, triangle), area };
@@ -151,6 +167,14 @@ fn mean_weighted(frame: &Frame, triangle: [Point; 3]) -> Fill {
     let [r, g, b, weight] = sum;
     let [r, g, b] = [r, g, b].map(|sum| rounded(sum, weight));
     Fill { colour: [r, g, b, alpha], area }
+}
+
+/// `fills` with the colours of those triangles that cover no pixel's centre.
+fn seen_below(mesh: &Mesh, frame: &Frame, mut fills: Vec<Fill>) -> Vec<Fill> {
+    for (t, fill) in fills.iter_mut().enumerate().filter(|(_, fill)| fill.area == 0) {
+        fill.colour = below_centroid(frame, mesh.triangle(t));
+    }
+    fills
 }
 
 fn below_centroid(frame: &Frame, [a, b, c]: [Point; 3]) -> Rgba {

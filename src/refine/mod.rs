@@ -29,7 +29,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
-use crate::frame::Frame;
+use crate::frame::{Fill, Frame};
 use crate::mesh::Mesh;
 use descend::Descent;
 use flip::flip;
@@ -95,6 +95,10 @@ pub struct Refined {
     pub flipped: usize,
     /// The vertices that were taken from one place and put in at another, ascending.
     pub replaced: Vec<u32>,
+    /// The mean colour and the area of each triangle, in the mesh's order, as
+    /// [`crate::rasterise::means`] finds them, save the colours of those without a pixel. Empty where
+    /// they are not known: of frames that are not opaque, and where no step was asked for.
+    pub fills: Vec<Fill>,
     /// The likeness that was measured last, where [`crate::options::Options::error`] asked for one.
     pub likeness: Option<f64>,
 }
@@ -229,7 +233,11 @@ impl Refiner {
         // Both are sums of rounded numbers: a mesh that stayed as it was has not got worse.
         refined.error_after = surface.error(rows).min(refined.error_before);
         rest.settle(surface, begin);
-        surface.store(mesh);
+        if frame.is_opaque() {
+            refined.fills = surface.store_with_fills(mesh, rows);
+        } else {
+            surface.store(mesh);
+        }
         refined
     }
 }

@@ -7,7 +7,7 @@
 
 use std::ops::{Add, Neg, Sub};
 
-use crate::frame::Rgba;
+use crate::frame::{Fill, Rgba};
 
 /// Number of pixels and sums of their values, wrapping: those of an edge are a part of something, but
 /// what the edges of a triangle add up to is right while it has fewer than [`NARROW`] pixels. Wider
@@ -99,6 +99,13 @@ impl Total {
         }
         let [r, g, b, a] = self.channels;
         (r * r + g * g + (b * b + a * a)) / self.count
+    }
+
+    /// The mean colour, rounded to the nearest, halves up, and the area.
+    pub(super) fn fill(&self) -> Fill {
+        let (count, [r, g, b, _]) = (self.count as u64, self.channels);
+        let rounded = |sum: f64| (sum as u64 + count / 2).checked_div(count).unwrap_or(0) as u8;
+        Fill { colour: [rounded(r), rounded(g), rounded(b), 255], area: count as u32 }
     }
 
     /// The mean of the channels; `None` where no pixel's centre is covered.

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::rows::RowSums;
 use super::shape::flatness;
 use super::sums::{Sums, Total};
+use crate::frame::Fill;
 use crate::geom::{Point, SUBPIXEL, Size};
 use crate::mesh::{CORNERS, Mesh, Place};
 
@@ -341,6 +342,23 @@ impl Surface {
         for i in 0..3 {
             self.awake[self.origin[(3 * t + i) as usize] as usize] = true;
         }
+    }
+
+    /// As [`Surface::store`], with the fills of the triangles of an opaque frame in the order in which
+    /// they are written.
+    pub(super) fn store_with_fills(&mut self, mesh: &mut Mesh, rows: &RowSums) -> Vec<Fill> {
+        mesh.vertices.clone_from(&self.at);
+        let (triangles, _) = self.origin.as_chunks::<3>();
+        let mut numbered: Vec<([u32; 3], u32)> = triangles
+            .iter()
+            .zip(0..)
+            .map(|(&t, number)| (Mesh::smallest_first(t), number))
+            .collect();
+        numbered.sort_unstable();
+        mesh.triangles.clear();
+        mesh.triangles.extend(numbered.iter().map(|&(triangle, _)| triangle));
+        self.stored.clone_from(&mesh.triangles);
+        numbered.iter().map(|&(_, t)| self.total(rows, t).fill()).collect()
     }
 
     /// Writes the vertices and triangles back, in canonical order.

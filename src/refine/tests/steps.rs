@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::mesh::Place;
-use crate::rasterise::rasterise;
+use crate::rasterise::{self, rasterise};
 use crate::refine::surface::{Cost, Mean, NONE, next};
 
 /// The half-edges fit together, and what is kept beside them is what measuring anew would find.
@@ -78,6 +78,11 @@ proptest! {
             };
             prop_assert_eq!(mesh.check(), Ok(()));
             audit(&refiner.surface, &refiner.rows);
+            let means = rasterise::means(&mesh, &frame);
+            prop_assert_eq!(refined.fills.len(), if opaque { means.len() } else { 0 });
+            for (known, mean) in refined.fills.iter().zip(means) {
+                prop_assert!(known == &mean || (mean.area == 0 && known.area == 0));
+            }
             prop_assert!(refined.error_after <= refined.error_before);
             let exact = error_of(&mesh, &frame);
             prop_assert!((refined.error_after - exact).abs() <= rounding, "{exact} {refined:?}");
