@@ -36,8 +36,9 @@ pub(super) struct Worth {
 /// gain more in the same time than 32 or all.
 const LOOKED_AT: usize = 8;
 
-/// Of these, as many are planned for each that is re-placed: those that by their triangles' colours
-/// look the least needed.
+/// Of these, as many are planned for each that is re-placed, those that by their triangles' colours look
+/// the least needed, and as many triangles are tried for it, those of the largest errors; twice as many
+/// where it is looked at [closely](super::RefineOptions::closely).
 const PLANNED: usize = 2;
 
 /// Passes until every vertex has had its turn, when each may re-place `most`.
@@ -203,7 +204,8 @@ pub(super) fn replace(
     let slices = turns(surface.at.len(), most);
     let turn = Turn { slices, slice: worth.passes % slices };
     worth.passes = worth.passes.wrapping_add(1);
-    worth.update(surface, rest, turn, most * PLANNED, field);
+    let planned = if field.closely { 2 * PLANNED } else { PLANNED };
+    worth.update(surface, rest, turn, most * planned, field);
     let weight = field.weight;
     // Taking out costs, and putting in gains, whichever is worse of error and error with shape: so a
     // pair that pays pays in both.
@@ -211,7 +213,7 @@ pub(super) fn replace(
     let mut leaving = std::mem::take(&mut worth.candidates);
     leaving.sort_unstable_by(|&a, &b| total(a).total_cmp(&total(b)).then(a.cmp(&b)));
     let Some(&cheapest) = leaving.first() else { return Vec::new() };
-    let openings = openings(surface, &worth.error, turn, most + most / 2, total(cheapest), field);
+    let openings = openings(surface, &worth.error, turn, most * planned, total(cheapest), field);
     let mut taken = vec![false; surface.triangles()];
     let mut replaced = Vec::new();
     let (mut ring, mut closing) = (Ring::default(), Closing::default());
