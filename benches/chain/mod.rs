@@ -9,6 +9,7 @@ use polyreel::sink::Picture;
 use polyreel::stage::Stage;
 
 /// The stages that compute.
+#[allow(dead_code, reason = "not every bench looks between the stages")]
 pub(crate) const STAGES: [Stage; 5] =
     [Stage::Features, Stage::Sample, Stage::Triangulate, Stage::Refine, Stage::Rasterise];
 
