@@ -5,8 +5,11 @@ use polyreel::chance::{Purpose, unit};
 use polyreel::frame::{Frame, Rgba};
 use polyreel::geom::Size;
 
-/// Frame `number` of the film.
-pub(crate) fn paint(size: Size, number: u64) -> Frame {
+/// Levels from the least to the most that grain adds, in pictures that are rendered as they are.
+pub(crate) const GRAIN: f64 = 10.0;
+
+/// Frame `number` of the film, with so many levels of `grain`.
+pub(crate) fn paint(size: Size, number: u64, grain: f64) -> Frame {
     let t = number as f64 * 0.08;
     let (width, height) = (f64::from(size.width), f64::from(size.height));
     let pixels = (0..size.pixels()).map(|i| {
@@ -22,7 +25,7 @@ pub(crate) fn paint(size: Size, number: u64) -> Frame {
         } else {
             [250.0 - 130.0 * y + 18.0 * cloud, 120.0 + 60.0 * y + 18.0 * cloud, 90.0 + 120.0 * y]
         };
-        let grain = 10.0 * (unit(number, Purpose::Noise, px, py) - 0.5);
+        let grain = grain * (unit(number, Purpose::Noise, px, py) - 0.5);
         let channel = |v: f64| (v + grain).clamp(0.0, 255.0) as u8;
         [channel(r), channel(g), channel(b), 255] as Rgba
     });
@@ -31,5 +34,5 @@ pub(crate) fn paint(size: Size, number: u64) -> Frame {
 
 /// The first frames of the film, to be shown over and over where a run shall not wait for the painter.
 pub(crate) fn shot(size: Size, frames: u64) -> Vec<Frame> {
-    (0..frames).map(|number| paint(size, number)).collect()
+    (0..frames).map(|number| paint(size, number, GRAIN)).collect()
 }
