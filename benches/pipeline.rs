@@ -1,78 +1,110 @@
-//! Frames a second, serial and threaded, and the time of each stage: `cargo bench --bench pipeline`.
-//!
-//! The film is made here: a sunset with hills and drifting clouds, with the grain that generated video
-//! has.
+//! Frames a second, serial and threaded, and the time of each stage; then from MP4 to MP4, beside
+//! ffmpeg's own transcode of the same clip: `cargo bench --bench pipeline`, which makes its clips itself,
+//! or `cargo bench --bench pipeline -- clip.mp4 ...`.
+
+mod film;
+mod transcode;
 
 use std::hint::black_box;
-use std::time::Instant;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
 
-use polyreel::chance::{Purpose, unit};
 use polyreel::error::Result;
-use polyreel::frame::{Frame, Rational, Rgba, Span};
+use polyreel::frame::{Frame, Rational, Span};
 use polyreel::geom::Size;
 use polyreel::options::Options;
-use polyreel::pipeline::{Settings, Stop, run};
+use polyreel::pipeline::{FrameReport, Observer, Settings, Stop, run};
 use polyreel::render::Renderer;
 use polyreel::sink::{Picture, Sink};
 use polyreel::source::{Decoded, Source};
-use polyreel::stage::Stage;
+use polyreel::stage::{Percentiles, Stage};
 
 /// Frames of a run: enough that the first and the last, which nobody overlaps with, do not matter.
-const FRAMES: usize = 48;
+const FRAMES: usize = 96;
 
 /// Different frames; a run plays them over and over, so that painting them takes no part of its time.
-const DIFFERENT: usize = 8;
+const DIFFERENT: u64 = 8;
+
+/// What a frame may take at 30 frames a second.
+const ALLOWED: Duration = Duration::from_millis(33);
 
 fn main() {
-    for size in [Size::new(640, 360), Size::new(1280, 720), Size::new(1920, 1080)] {
-        bench(size);
+    let clips: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with("--")).collect();
+    let sizes = [Size::new(1280, 720), Size::new(1920, 1080)];
+    if clips.is_empty() {
+        for size in sizes {
+            let film = film::shot(size, DIFFERENT);
+            for steps in [0, 1] {
+                compute(&film, steps);
+            }
+        }
     }
+    transcode::bench(&clips, &sizes);
 }
 
-fn bench(size: Size) {
-    let film: Vec<_> = (0..DIFFERENT).map(|t| paint(size, t as f64 * 0.08)).collect();
-    let options = Options::default();
+/// Options of a run with `steps` of refinement for each frame.
+fn with_steps(steps: u32) -> Options {
+    Options { refine: Some(steps), ..Options::default() }
+}
 
-    let began = Instant::now();
+/// From decoded frames to low-poly frames, in memory.
+fn compute(film: &[Frame], steps: u32) {
+    let options = with_steps(steps);
     let mut renderer = Renderer::new(&options).expect("the defaults are sound");
-    for t in 0..FRAMES {
-        black_box(renderer.render(&film[t % DIFFERENT]).expect("renders"));
-    }
-    let serial = FRAMES as f64 / began.elapsed().as_secs_f64();
+    let mut times: Vec<_> = (0..FRAMES)
+        .map(|t| {
+            let began = Instant::now();
+            black_box(renderer.render(&film[t % film.len()]).expect("renders"));
+            began.elapsed()
+        })
+        .collect();
+    let serial = FRAMES as f64 / times.iter().sum::<Duration>().as_secs_f64();
+    let missed = times.iter().filter(|time| **time > ALLOWED).count();
 
     let settings = Settings { options, ..Settings::default() };
-    let start = || Ok(Box::new(Replay { film, next: 0 }) as Box<dyn Source>);
-    let summary = run(start, Box::new(Nowhere), &settings, &mut (), &Stop::default());
+    let replay = Replay { film: film.to_vec(), next: 0 };
+    let mut watch = Watch { last: Instant::now(), gaps: Vec::new(), missed: 0 };
+    let start = || Ok(Box::new(replay) as Box<dyn Source>);
+    let summary = run(start, Box::new(Nowhere), &settings, &mut watch, &Stop::default());
     let summary = summary.expect("renders");
-    println!("{size}: serial {serial:.1} fps, threaded {:.1} fps", summary.fps());
-    for stage in Stage::ALL {
+    let (threaded, size) = (summary.fps(), film[0].size());
+
+    println!("\n## {size}, {steps} refinement steps a frame, {FRAMES} frames\n");
+    println!("| frames | fps | p50 ms | p95 ms | p99 ms | over 33 ms |");
+    println!("|---|--:|--:|--:|--:|--:|");
+    print_row("serial: a frame", &format!("{serial:.1}"), Percentiles::of(&mut times), missed);
+    let gaps = Percentiles::of(&mut watch.gaps);
+    print_row("threaded: frame to frame", &format!("{threaded:.1}"), gaps, watch.missed);
+    for stage in Stage::ALL.into_iter().filter(|s| !matches!(s, Stage::Decode | Stage::Encode)) {
         let times = summary.stages.get(stage);
-        let (p50, p95, p99) = (times.p50_ms, times.p95_ms, times.p99_ms);
-        println!("  {:<12} p50 {p50:7.2} ms  p95 {p95:7.2} ms  p99 {p99:7.2} ms", stage.name());
+        println!(
+            "| threaded: {stage} | | {:.2} | {:.2} | {:.2} | |",
+            times.p50_ms, times.p95_ms, times.p99_ms
+        );
     }
+    println!("\nthreaded / serial: {:.2}", threaded / serial);
 }
 
-/// A frame at moment `t`.
-fn paint(size: Size, t: f64) -> Frame {
-    let (width, height) = (f64::from(size.width), f64::from(size.height));
-    let pixels = (0..size.pixels()).map(|i| {
-        let (px, py) = (i as u32 % size.width, i as u32 / size.width);
-        let (x, y) = (f64::from(px) / width, f64::from(py) / height);
-        let sun = (x - 0.3).hypot((y - 0.35) * height / width);
-        let cloud = (9.0 * x + t).sin() * (21.0 * y - 3.0 * x).cos() + (17.0 * x - 2.0 * t).sin();
-        let hill = 0.7 + 0.06 * (7.0 * x + 0.2).sin() + 0.02 * (31.0 * x).sin();
-        let [r, g, b] = if y > hill {
-            [30.0 + 60.0 * (y - hill), 50.0 + 90.0 * (1.0 - y), 45.0]
-        } else if sun < 0.06 {
-            [255.0, 235.0, 170.0]
-        } else {
-            [250.0 - 130.0 * y + 18.0 * cloud, 120.0 + 60.0 * y + 18.0 * cloud, 90.0 + 120.0 * y]
-        };
-        let grain = 10.0 * (unit((t * 100.0) as u64, Purpose::Noise, px, py) - 0.5);
-        let channel = |v: f64| (v + grain).clamp(0.0, 255.0) as u8;
-        [channel(r), channel(g), channel(b), 255] as Rgba
-    });
-    Frame::new(size, pixels.collect()).expect("a frame of this size")
+fn print_row(name: &str, fps: &str, times: Percentiles, missed: usize) {
+    let Percentiles { p50_ms, p95_ms, p99_ms } = times;
+    println!("| {name} | {fps} | {p50_ms:.2} | {p95_ms:.2} | {p99_ms:.2} | {missed} |");
+}
+
+/// Looks at the time from one frame to the next.
+struct Watch {
+    last: Instant,
+    gaps: Vec<Duration>,
+    missed: usize,
+}
+
+impl Observer for Watch {
+    fn frame_done(&mut self, _: &FrameReport) -> ControlFlow<()> {
+        let gap = self.last.elapsed();
+        self.last = Instant::now();
+        self.missed += usize::from(gap > ALLOWED);
+        self.gaps.push(gap);
+        ControlFlow::Continue(())
+    }
 }
 
 struct Replay {
@@ -85,7 +117,7 @@ impl Source for Replay {
         if self.next == FRAMES {
             return Ok(None);
         }
-        let frame = self.film[self.next % DIFFERENT].clone();
+        let frame = self.film[self.next % self.film.len()].clone();
         let length = Rational::new(1, 25);
         let start = Rational::new(self.next as i64, 25);
         self.next += 1;

@@ -56,6 +56,7 @@ fn happen(mishap: Mishap) -> Error {
 #[derive(Default)]
 struct Log {
     decoded: AtomicU64,
+    spent: Mutex<Vec<Frame>>,
     most_in_flight: AtomicU64,
     pictures: Mutex<Vec<Picture>>,
     finished: AtomicBool,
@@ -76,6 +77,10 @@ struct StubSource {
 }
 
 impl Source for StubSource {
+    fn reuse(&mut self, spent: Frame) {
+        self.log.spent.lock().expect("the lock").push(spent);
+    }
+
     fn next(&mut self) -> Result<Option<Decoded>> {
         std::thread::sleep(self.pace);
         let index = self.log.decoded.load(SeqCst);
@@ -145,6 +150,21 @@ impl Default for Trial {
             stop: Stop::default(),
         }
     }
+}
+
+#[test]
+fn painted_frames_go_back_to_the_source() {
+    let trial = Trial { frames: 4 * IN_FLIGHT as u64, ..Trial::default() };
+    let (ended, log) = trial.run(&mut ());
+    ended.expect("renders");
+    let spent = log.spent.lock().expect("the lock");
+    assert!(
+        !spent.is_empty(),
+        "the source waits for room, so that frames are painted before its end"
+    );
+    // In order, though some may have found no room.
+    let mut film = (0..trial.frames).map(|index| frame(index).frame);
+    assert!(spent.iter().all(|spent| film.any(|frame| frame == *spent)));
 }
 
 impl Trial {

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use crossbeam_channel::Receiver;
 
 use crate::error::Result;
+use crate::frame::Frame;
 use crate::source::{Decoded, Source};
 use crate::stage::Stage;
 
@@ -45,6 +46,8 @@ pub(super) struct Door<'a> {
     pub(super) over: &'a AtomicBool,
     /// For a live source, the far end of the way out, to take stale frames back.
     pub(super) queue: Option<Receiver<Result<Admitted>>>,
+    /// Frames that have been painted, on their way back to the source, which fills them again.
+    pub(super) spent: Receiver<Frame>,
     /// Counts frames that were not let in.
     pub(super) dropped: &'a AtomicU64,
 }
@@ -89,6 +92,9 @@ pub(super) fn decode(
             return;
         }
         source.wait();
+        if let Ok(spent) = door.spent.try_recv() {
+            source.reuse(spent);
+        }
         let mut report = FrameReport::new(index);
         let hop = match station.clock.time(Stage::Decode, &mut report, || source.next()) {
             Ok(None) if door.stop.is_requested() => return,

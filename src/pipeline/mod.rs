@@ -32,6 +32,7 @@ use crossbeam_channel::{Receiver, Sender, bounded};
 
 use crate::error::{Error, Result};
 use crate::feature::Extractor;
+use crate::frame::Frame;
 use crate::options::Options;
 use crate::rasterise::Painter;
 use crate::render::{Mesher, triangulate_start};
@@ -53,7 +54,7 @@ pub use report::{
 use station::{Clock, Station};
 
 /// The most frames that exist at a time: one in the hands of each of the five threads, one in each of
-/// the four channels between them.
+/// the four channels between them. Two more, painted already, may wait to be filled again.
 pub const IN_FLIGHT: usize = 9;
 
 /// Frames that wait in a channel.
@@ -128,11 +129,13 @@ pub fn run(
         let end = End(&over);
         let (admit, admitted) = bounded(ROOM);
         let queue = settings.live.then(|| admitted.clone());
-        let door = Door { controls: &controls, pilot, stop, over: &over, queue, dropped: &dropped };
+        let (return_spent, spent) = bounded(ROOM);
+        let (over, dropped) = (&over, &dropped);
+        let door = Door { controls: &controls, pilot, stop, over, queue, spent, dropped };
         let station = Station::new(Stage::Decode, admit);
         let decoding = spawn(scope, "decode", move || decode(start, station, &door))?;
-        let keep_origin = sink.wants_origin();
-        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, pools, keep_origin)?;
+        let spent = (!sink.wants_origin()).then_some(return_spent);
+        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, pools, spent)?;
         let (tell, told) = bounded(ROOM);
         let delivery = Delivery { sink, tell, stop, keep_truncated: settings.allow_truncated };
         let encoding = spawn(scope, "encode", move || delivery.run(painted))?;
@@ -180,14 +183,15 @@ impl Drop for End<'_> {
 /// Running stages, and what comes out of the last of them.
 type Chain<'s> = (Vec<ScopedJoinHandle<'s, ()>>, Receiver<Result<Painted>>);
 
-/// The stages between decode and encode, each on a thread of its own.
+/// The stages between decode and encode, each on a thread of its own. Frames that have been
+/// painted go back by way of `spent`; without it, on to the sink.
 fn spawn_chain<'s, 'e>(
     scope: &'s Scope<'s, 'e>,
     admitted: Receiver<Result<Admitted>>,
     controls: &Controls,
     pilot: &'e Pilot,
     [looking, meshing, painting]: &'e [Pool; 3],
-    keep_origin: bool,
+    spent: Option<Sender<Frame>>,
 ) -> Result<Chain<'s>> {
     let options = controls.options();
     let (extract, extracted) = bounded(ROOM);
@@ -224,7 +228,12 @@ fn spawn_chain<'s, 'e>(
                 painter.retune(options);
             }
             let mut painted = fill(&mut painter, hop, clock, pilot, painting)?;
-            painted.origin = painted.origin.filter(|_| keep_origin);
+            if let Some(spent) = &spent
+                && let Some(origin) = painted.origin.take()
+            {
+                // Without room the source has enough of them: then it is let go.
+                let _ = spent.try_send(origin.frame);
+            }
             Ok(painted)
         });
     })?;

@@ -118,7 +118,8 @@ impl Gif {
             Area::NONE => Area { x0: 0, y0: 0, x1: 1, y1: 1 },
             area => area,
         };
-        let indices = area.rows(width).flat_map(|r| self.indices[r].iter().copied()).collect();
+        let rows: Vec<_> = area.rows(width).map(|row| &self.indices[row]).collect();
+        let indices = rows.concat();
         Waiting { area, indices, colours: palette.colours().to_vec(), span }
     }
 
@@ -194,8 +195,7 @@ impl Sink for Gif {
         let gone = self.vanished(&frame);
         self.flush(Some(span), gone).map_err(|e| self.failed(e))?;
         let colours = distinct(&fills, THRESHOLD);
-        let palette = Palette::next(&colours, self.palette.as_ref());
-        let lookup = palette.lookup(&colours);
+        let (palette, lookup) = Palette::next(&colours, self.palette.as_ref());
         self.waiting = Some(self.draw(&frame, &palette, &lookup, span));
         self.palette = Some(palette);
         Ok(())

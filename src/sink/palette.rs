@@ -6,9 +6,14 @@
 //! followed by rounds of k-means (Lloyd). The last palette is kept as long as it fits, so that colours do not
 //! flicker from frame to frame.
 
+mod divide;
+
 use rayon::prelude::*;
 
 use crate::frame::{Fill, Rgba};
+use crate::vector::widest;
+
+use divide::divide;
 
 /// Most colours in a palette: one of the 256 of a GIF stands for "transparent".
 pub(crate) const MOST: usize = 255;
@@ -75,45 +80,59 @@ pub(crate) struct Palette {
 }
 
 impl Palette {
-    /// The palette for a picture of `colours`: `last` while it fits, else a better one.
-    pub(crate) fn next(colours: &[Weighted], last: Option<&Self>) -> Self {
+    /// The palette for a picture of `colours`, `last` while it fits, else a better one; and what of it
+    /// stands for each of the colours, ready to be looked up.
+    pub(crate) fn next(colours: &[Weighted], last: Option<&Self>) -> (Self, Lookup) {
+        let (palette, matches) = Self::fitted(colours, last);
+        (palette, Lookup::new(colours, &matches))
+    }
+
+    fn fitted(colours: &[Weighted], last: Option<&Self>) -> (Self, Vec<Match>) {
         let Some(last) = last else { return Self::new(colours) };
         let good = last.error * TOLERANCE + SLACK;
-        if error(colours, &nearest(colours, &last.colours)) <= good {
-            return last.clone();
+        let matches = nearest(colours, &last.colours);
+        if error(colours, &matches) <= good {
+            return (last.clone(), matches);
         }
         if colours.len() > MOST {
-            let warm = Self::refined(colours, last.colours.clone(), WARM_ROUNDS);
+            let (warm, matches) =
+                Self::refined(colours, last.colours.clone(), matches, WARM_ROUNDS);
             if warm.error <= good {
-                return Self { error: last.error, ..warm };
+                return (Self { error: last.error, ..warm }, matches);
             }
         }
         Self::new(colours)
     }
 
-    fn new(colours: &[Weighted]) -> Self {
+    fn new(colours: &[Weighted]) -> (Self, Vec<Match>) {
         if colours.is_empty() {
             // A wholly transparent picture; a palette is never empty.
-            return Self { colours: vec![[0; 3]], error: 0.0 };
+            return (Self { colours: vec![[0; 3]], error: 0.0 }, Vec::new());
         }
         if colours.len() <= MOST {
-            return Self { colours: colours.iter().map(|w| w.colour).collect(), error: 0.0 };
+            let palette: Vec<_> = colours.iter().map(|w| w.colour).collect();
+            let matches = (0..palette.len()).map(|i| Match { index: i as u8, distance: 0 });
+            let matches = matches.collect();
+            return (Self { colours: palette, error: 0.0 }, matches);
         }
-        Self::refined(colours, divide(colours), ROUNDS)
+        let start = divide(colours);
+        let matches = nearest(colours, &start);
+        Self::refined(colours, start, matches, ROUNDS)
     }
 
-    /// `start` after rounds of k-means. A colour that stands for nothing stays where it is.
-    fn refined(colours: &[Weighted], start: Vec<Rgb>, rounds: usize) -> Self {
+    /// `start`, of which `matches` are the nearest, after rounds of k-means, and the nearest of what
+    /// comes out. A colour that stands for nothing stays where it is.
+    fn refined(
+        colours: &[Weighted],
+        start: Vec<Rgb>,
+        mut matches: Vec<Match>,
+        rounds: usize,
+    ) -> (Self, Vec<Match>) {
         let mut palette = start;
-        let mut matches = nearest(colours, &palette);
         for _ in 0..rounds {
             let mut sums = vec![[0u64; 4]; palette.len()];
             for (w, m) in colours.iter().zip(&matches) {
-                let sum = &mut sums[m.index as usize];
-                sum[3] += w.weight;
-                for (s, c) in sum.iter_mut().zip(w.colour) {
-                    *s += w.weight * u64::from(c);
-                }
+                add(&mut sums[m.index as usize], w);
             }
             for (colour, [r, g, b, n]) in palette.iter_mut().zip(sums) {
                 if n > 0 {
@@ -122,17 +141,12 @@ impl Palette {
             }
             matches = nearest(colours, &palette);
         }
-        Self { error: error(colours, &matches), colours: palette }
+        (Self { error: error(colours, &matches), colours: palette }, matches)
     }
 
     /// The colours, by index.
     pub(crate) fn colours(&self) -> &[Rgb] {
         &self.colours
-    }
-
-    /// For every one of `colours` the nearest one here, ready to be looked up.
-    pub(crate) fn lookup(&self, colours: &[Weighted]) -> Lookup {
-        Lookup::new(colours, &nearest(colours, &self.colours))
     }
 
     /// The nearest colour to one that was not among a picture's fills.
@@ -150,9 +164,24 @@ pub(crate) struct Match {
     pub(crate) distance: u32,
 }
 
+/// Colours that a thread takes at a time.
+const PART: usize = 1024;
+
 fn nearest(colours: &[Weighted], palette: &[Rgb]) -> Vec<Match> {
     let planes = Planes::new(palette);
-    colours.par_iter().with_min_len(4096).map(|w| planes.nearest(w.colour)).collect()
+    let mut matches = vec![Match::default(); colours.len()];
+    let parts = matches.par_chunks_mut(PART).zip(colours.par_chunks(PART));
+    parts.for_each(|(matches, colours)| {
+        widest(
+            #[inline(always)]
+            || {
+                for (m, w) in matches.iter_mut().zip(colours) {
+                    *m = planes.nearest(w.colour);
+                }
+            },
+        );
+    });
+    matches
 }
 
 /// A palette channel by channel, in numbers that processors compare many at a time. Squared
@@ -174,6 +203,7 @@ impl Planes {
     }
 
     /// The first of the nearest.
+    #[inline(always)]
     fn nearest(&self, colour: Rgb) -> Match {
         let [red, green, blue] = &self.channels;
         let [r, g, b] = colour.map(f32::from);
@@ -203,100 +233,12 @@ fn error(colours: &[Weighted], matches: &[Match]) -> f64 {
     sum as f64 / pixels.max(1) as f64
 }
 
-/// A set of colours, the axis on which it is split best, and what that gains.
-struct Cell {
-    colours: Vec<Weighted>,
-    /// How much the split lowers the squared error; 0 if it cannot be split.
-    gain: f64,
-    /// The first colour of the upper half, in the order of the axis.
-    at: usize,
-}
-
-/// [`MOST`] colours for more than that.
-fn divide(colours: &[Weighted]) -> Vec<Rgb> {
-    let mut cells = vec![Cell::new(colours.to_vec())];
-    while cells.len() < MOST {
-        let mut best = 0;
-        for (i, cell) in cells.iter().enumerate() {
-            if cell.gain > cells[best].gain {
-                best = i;
-            }
-        }
-        if cells[best].gain <= 0.0 {
-            break;
-        }
-        let cell = cells.swap_remove(best);
-        let mut lower = cell.colours;
-        let upper = lower.split_off(cell.at);
-        cells.extend([Cell::new(lower), Cell::new(upper)]);
-    }
-    cells.iter().map(Cell::mean).collect()
-}
-
-impl Cell {
-    fn new(mut colours: Vec<Weighted>) -> Self {
-        let axis = widest(&colours);
-        // Colours are distinct, so that the order is decided.
-        colours.sort_unstable_by_key(|w| (w.colour[axis], w.colour));
-        let (gain, at) = best_split(&colours);
-        Self { colours, gain, at }
-    }
-
-    fn mean(&self) -> Rgb {
-        let [r, g, b, n] = sums(&self.colours);
-        [r, g, b].map(|s| ((s + n / 2) / n.max(1)) as u8)
-    }
-}
-
-/// Sums of the channels, and of the weights.
-fn sums(colours: &[Weighted]) -> [u64; 4] {
-    let mut sums = [0; 4];
-    for w in colours {
-        add(&mut sums, w);
-    }
-    sums
-}
-
+/// Adds a colour to sums of channels and weights.
 fn add(sums: &mut [u64; 4], w: &Weighted) {
     for (s, c) in sums.iter_mut().zip(w.colour) {
         *s += w.weight * u64::from(c);
     }
     sums[3] += w.weight;
-}
-
-/// The channel of the largest variance.
-fn widest(colours: &[Weighted]) -> usize {
-    let [r, g, b, n] = sums(colours);
-    let mut squares = [0u64; 3];
-    for w in colours {
-        for (s, c) in squares.iter_mut().zip(w.colour) {
-            *s += w.weight * u64::from(c) * u64::from(c);
-        }
-    }
-    let n = n.max(1) as f64;
-    let spread = |i: usize, sum: u64| squares[i] as f64 - sum as f64 * (sum as f64 / n);
-    let spreads = [spread(0, r), spread(1, g), spread(2, b)];
-    (1..3).fold(0, |best, i| if spreads[i] > spreads[best] { i } else { best })
-}
-
-/// Where splitting a sorted list lowers the squared error most, and by how much: the sum of
-/// |channel sums|^2 / weight of both halves less that of the whole.
-fn best_split(colours: &[Weighted]) -> (f64, usize) {
-    let part = |s: [u64; 4]| {
-        let [r, g, b, n] = s.map(|v| v as f64);
-        (r * r + g * g + b * b) / n
-    };
-    let whole = sums(colours);
-    let (mut lower, mut best) = ([0; 4], (0.0, 0));
-    for (i, w) in colours.iter().enumerate().take(colours.len().saturating_sub(1)) {
-        add(&mut lower, w);
-        let upper = std::array::from_fn(|k| whole[k] - lower[k]);
-        let gain = part(lower) + part(upper) - part(whole);
-        if gain > best.0 {
-            best = (gain, i + 1);
-        }
-    }
-    best
 }
 
 /// A picture's colours and what stands for each: a table with open addressing.
@@ -367,8 +309,7 @@ mod tests {
     #[test]
     fn few_colours_are_kept_exactly() {
         let colours = many(255, 1);
-        let palette = Palette::next(&colours, None);
-        let lookup = palette.lookup(&colours);
+        let (palette, lookup) = Palette::next(&colours, None);
         for w in &colours {
             let m = lookup.get(w.colour).expect("in the list");
             assert_eq!((palette.colours()[m.index as usize], m.distance), (w.colour, 0));
@@ -394,31 +335,54 @@ mod tests {
     #[test]
     fn many_colours_come_within_38_db() {
         let colours = many(5000, 2);
-        let palette = Palette::next(&colours, None);
+        let (palette, _) = Palette::next(&colours, None);
         assert_eq!(palette.colours().len(), MOST);
         let psnr = 10.0 * (255.0 * 255.0 * 3.0 / mse(&colours, &palette)).log10();
         assert!(psnr > 38.0, "{psnr} dB");
-        assert_eq!(Palette::next(&colours, None), palette, "the same on every run");
+        assert_eq!(Palette::next(&colours, None).0, palette, "the same on every run");
     }
 
     #[test]
     fn a_palette_that_fits_is_kept_to_the_last_bit() {
         let colours = many(5000, 3);
-        let palette = Palette::next(&colours, None);
+        let (palette, _) = Palette::next(&colours, None);
         let mut moved = colours.clone();
         moved.iter_mut().for_each(|w| w.colour[2] = w.colour[2].saturating_add(1));
-        assert_eq!(Palette::next(&moved, Some(&palette)), palette);
+        assert_eq!(Palette::next(&moved, Some(&palette)).0, palette);
     }
 
     #[test]
     fn after_a_cut_the_palette_is_as_good_as_a_new_one() {
-        let before = Palette::next(&many(5000, 4), None);
+        let (before, _) = Palette::next(&many(5000, 4), None);
         let mut after = many(5000, 5);
         after.iter_mut().for_each(|w| w.colour = w.colour.map(|c| c / 3));
         after.sort_unstable_by_key(|w| w.colour);
         after.dedup_by_key(|w| w.colour);
-        let (new, next) = (Palette::new(&after), Palette::next(&after, Some(&before)));
+        let (new, next) = (Palette::new(&after).0, Palette::next(&after, Some(&before)).0);
         let bound = mse(&after, &new).max(before.error * TOLERANCE + SLACK);
         assert!(mse(&after, &next) <= bound, "{} > {bound}", mse(&after, &next));
+    }
+
+    #[test]
+    fn what_stands_for_a_colour_is_the_nearest_however_the_palette_came_to_be() {
+        let first = Palette::next(&many(5000, 6), None).0;
+        let mut shifted = many(5000, 6);
+        shifted.iter_mut().for_each(|w| w.colour[0] /= 2);
+        shifted.dedup_by_key(|w| w.colour);
+        for (colours, last) in [
+            (many(200, 7), None),
+            (many(5000, 6), None),
+            (many(5000, 6), Some(&first)),
+            (shifted, Some(&first)),
+        ] {
+            let (palette, lookup) = Palette::next(&colours, last);
+            for w in &colours {
+                let far = |p: &Rgb| distance(*p, w.colour);
+                let (index, best) =
+                    palette.colours().iter().enumerate().min_by_key(|(_, p)| far(p)).expect("some");
+                let expected = Match { index: index as u8, distance: far(best) };
+                assert_eq!(lookup.get(w.colour), Some(expected));
+            }
+        }
     }
 }

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use crate::colour::{Coding, Range, to_rgba};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Rational, Span, StreamInfo};
+use crate::frame::{Frame, Rational, Rgba, Span, StreamInfo};
 use crate::source::child::{self, Child, Pipe};
 use crate::source::nut::NutReader;
 use crate::source::probe::{self, Pixels, Probed, Track, probe};
@@ -91,6 +91,7 @@ impl Video {
             child,
             ahead: None,
             spare: Vec::new(),
+            spent: Vec::new(),
             outcome: None,
             from: Rational::ZERO,
             delivered: 0,
@@ -151,6 +152,8 @@ pub struct VideoSource {
     /// The frame after the one last delivered: its time tells how long that one is shown.
     ahead: Option<Raw>,
     spare: Vec<u8>,
+    /// Of a frame that came back.
+    spent: Vec<Rgba>,
     /// How it ended, once it has: what is wrong, if anything.
     outcome: Option<Result<(), String>>,
     /// Frames before this moment are not wanted.
@@ -267,6 +270,10 @@ impl Source for VideoSource {
         self.from = start;
     }
 
+    fn reuse(&mut self, spent: Frame) {
+        self.spent = spent.into_pixels();
+    }
+
     fn next(&mut self) -> Result<Option<Decoded>> {
         let Some(raw) = self.ahead.take().or_else(|| self.wanted()) else {
             return match self.outcome.take() {
@@ -280,10 +287,13 @@ impl Source for VideoSource {
         }
         self.length = self.length(raw.start);
         let span = Span { start: raw.start, length: self.length };
-        let mut pixels = Vec::new();
+        let mut pixels = std::mem::take(&mut self.spent);
         match self.track.pixels {
             Pixels::Planar(layout, coding) => to_rgba(&layout, coding, &raw.data, &mut pixels),
-            Pixels::Rgba => pixels.extend_from_slice(raw.data.as_chunks::<4>().0),
+            Pixels::Rgba => {
+                pixels.clear();
+                pixels.extend_from_slice(raw.data.as_chunks::<4>().0);
+            }
         }
         self.spare = raw.data;
         self.delivered += 1;

@@ -56,6 +56,10 @@ pub trait Source {
     /// are delivered all the same.
     fn skip_to(&mut self, _start: Rational) {}
 
+    /// Takes back a frame of the stream that nobody needs any more, so that the next one need not ask
+    /// for new memory. Default: it is let go.
+    fn reuse(&mut self, _spent: Frame) {}
+
     /// Called before each [`Source::next`]: waits until the next frame is due, where frames are played
     /// at a speed. Time spent here is not time at work. Default: it is due at once.
     fn wait(&mut self) {}

@@ -80,6 +80,7 @@ impl Source for Resize {
     fn next(&mut self) -> Result<Option<Decoded>> {
         let Some(decoded) = self.inner.next()? else { return Ok(None) };
         let frame = self.scaler.resize(&decoded.frame)?;
+        self.inner.reuse(decoded.frame);
         Ok(Some(Decoded { frame, span: decoded.span }))
     }
 }

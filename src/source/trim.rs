@@ -4,7 +4,7 @@
 
 use super::{Decoded, Source, SourceOptions};
 use crate::error::{Error, Result};
-use crate::frame::{Rational, Span, StreamInfo};
+use crate::frame::{Frame, Rational, Span, StreamInfo};
 
 /// The part of a stream that is wanted.
 #[derive(Clone, Copy, Debug)]
@@ -127,6 +127,10 @@ impl Trim {
 }
 
 impl Source for Trim {
+    fn reuse(&mut self, spent: Frame) {
+        self.inner.reuse(spent);
+    }
+
     fn skip_to(&mut self, start: Rational) {
         // Frames that nobody sees count all the same where their number is limited.
         if self.part.frames == u64::MAX {

@@ -14,7 +14,7 @@ use image::imageops::{self, FilterType};
 
 use crate::colour::{Coding, Layout, Sampling, Siting, to_rgba};
 use crate::error::{Error, Result};
-use crate::frame::{Colorimetry, Frame, Loops, Rational, Span, StreamInfo, check_size};
+use crate::frame::{Colorimetry, Frame, Loops, Rational, Rgba, Span, StreamInfo, check_size};
 use crate::geom::Size;
 use crate::source::{Decoded, Input, Source, detect};
 
@@ -34,6 +34,8 @@ pub struct Y4mSource<R> {
     info: StreamInfo,
     header: Header,
     planes: Vec<u8>,
+    /// Of a frame that came back.
+    spent: Vec<Rgba>,
     count: u64,
     /// Frames before this moment are not wanted.
     from: Rational,
@@ -155,6 +157,7 @@ impl<R: Read> Y4mSource<R> {
             info,
             header,
             planes: Vec::new(),
+            spent: Vec::new(),
             count: 0,
             from: Rational::ZERO,
         })
@@ -187,6 +190,10 @@ impl<R: Read> Source for Y4mSource<R> {
         self.from = start;
     }
 
+    fn reuse(&mut self, spent: Frame) {
+        self.spent = spent.into_pixels();
+    }
+
     fn next(&mut self) -> Result<Option<Decoded>> {
         let length = self.header.rate.recip();
         let start = loop {
@@ -200,7 +207,7 @@ impl<R: Read> Source for Y4mSource<R> {
             }
             self.count += 1;
         };
-        let (layout, mut pixels) = (&self.header.layout, Vec::new());
+        let (layout, mut pixels) = (&self.header.layout, std::mem::take(&mut self.spent));
         let coding =
             Coding::of(self.info.colour.as_ref().unwrap_or(&Colorimetry::default()), layout.size);
         to_rgba(layout, coding, &self.planes, &mut pixels);
@@ -345,5 +352,22 @@ mod tests {
         let mut source = open(b"YUV4MPEG2 W1 H1 Cmono\nFRAME\nxHello\n").expect("a header");
         assert!(source.next().expect("whole").is_some());
         assert!(source.next().expect_err("no frame").to_string().contains("FRAME"));
+    }
+
+    #[test]
+    fn a_frame_that_came_back_is_filled_again() {
+        let film = [b"YUV4MPEG2 W2 H2 F25:1 Cmono\n" as &[u8], b"FRAME\n\x10\x20\x30\x40"].concat();
+        let film = [&film[..], b"FRAME\n\xf0\xf1\xf2\xf3"].concat();
+        let next = |source: &mut Y4mSource<&[u8]>| source.next().expect("fine").expect("a frame");
+        let mut fresh = open(&film).expect("fine");
+        let (_, second) = (next(&mut fresh), next(&mut fresh));
+
+        let mut source = open(&film).expect("fine");
+        let first = next(&mut source);
+        let memory = first.frame.pixels().as_ptr();
+        source.reuse(first.frame);
+        let again = next(&mut source);
+        assert_eq!(again.frame, second.frame);
+        assert_eq!(again.frame.pixels().as_ptr(), memory);
     }
 }
