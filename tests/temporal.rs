@@ -40,7 +40,13 @@ fn scene(seed: u64, moved: f64, light: f64) -> Frame {
 fn sorts() -> [(&'static str, Frame); 5] {
     let edges = |x: f64, y: f64| {
         let disc = (x - 150.0).hypot(y - 80.0) < 45.0;
-        if disc { 210.0 } else if x + 0.4 * y < 90.0 { 60.0 } else { 130.0 }
+        if disc {
+            210.0
+        } else if x + 0.4 * y < 90.0 {
+            60.0
+        } else {
+            130.0
+        }
     };
     [
         ("flat", painted(|_, _| 117.0)),
@@ -61,9 +67,8 @@ fn noisy(clean: &Frame, sigma: f64, t: u64) -> Frame {
         (f64::from(value) + sigma * normal).round().clamp(0.0, 255.0) as u8
     };
     let pixels = clean.pixels().iter().enumerate();
-    let pixels = pixels.map(|(i, &[r, g, b, a])| {
-        [channel(i, 0, r), channel(i, 1, g), channel(i, 2, b), a]
-    });
+    let pixels =
+        pixels.map(|(i, &[r, g, b, a])| [channel(i, 0, r), channel(i, 1, g), channel(i, 2, b), a]);
     Frame::new(clean.size(), pixels.collect()).expect("a small frame")
 }
 

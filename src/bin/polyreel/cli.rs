@@ -67,7 +67,7 @@ pub(crate) enum Command {
 
 const RENDER_EXAMPLES: &str = "Examples:
   polyreel render portrait.png -o lowpoly.png
-  polyreel render dance.gif -o dance-lowpoly.gif --points 1500
+  polyreel render dance.gif -o dance-lowpoly.gif --points 1500 --loop
   polyreel render frames/ -o out/
   polyreel render 'shots/*.jpg' -o shots.gif --fps 12 --outline=white
   polyreel render clip.mp4 -o lowpoly.mp4 --start 0:05 --end 0:10
