@@ -68,6 +68,20 @@ impl HexGrid {
         ((column as f64 - shift) * self.width, row as f64 * self.width * ROW_PITCH)
     }
 
+    /// Four corners of a cell in pixels, from the upper right by the lower tip to the lower left: the ends
+    /// of its right and lower sides.
+    pub fn lower_right(&self, cell: usize) -> [(f64, f64); 4] {
+        let (x, y) = self.centre(cell);
+        // From flat to flat and from tip to tip, halved.
+        let (half, tip) = (self.width() / 2.0, self.width() / 3f64.sqrt());
+        [
+            (x + half, y - tip / 2.0),
+            (x + half, y + tip / 2.0),
+            (x, y + tip),
+            (x - half, y + tip / 2.0),
+        ]
+    }
+
     /// The cell that the place `(x, y)` in pixels belongs to: the one with the nearest centre; of two
     /// equally near ones the first.
     pub fn cell_at(&self, x: f64, y: f64) -> usize {

@@ -30,7 +30,7 @@
 //! Layers, lowest first; a module uses only what stands above it: [`geom`], [`stage`], [`error`],
 //! [`frame`], [`chance`]; [`options`], [`mesh`], [`hex`], [`scan`], [`draw`], [`colour`], [`plane`],
 //! [`flow`],
-//! [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`]; [`metric`], [`render`], [`source`],
+//! [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`], [`governor`]; [`metric`], [`render`], [`source`],
 //! [`sink`], [`evaluate`]; [`pipeline`].
 
 pub mod chance;

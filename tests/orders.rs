@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use polyreel::error::Result;
 use polyreel::frame::{Frame, Rational, Span};
 use polyreel::geom::Size;
-use polyreel::options::{Colour, Method, Options, Points, Quality, Target};
+use polyreel::options::{Colour, Detail, Look, Method, Options, Points, Quality, Target};
 use polyreel::pipeline::{Controls, Settings, Stop, run};
 use polyreel::render::{Rendered, Renderer};
 use polyreel::sink::{Picture, Sink};
@@ -160,4 +160,37 @@ fn a_number_found_once_is_not_looked_for_again() {
     let counts: Vec<_> = rendered.iter().map(|r| r.mesh.seeds().len()).collect();
     assert!(counts.iter().all(|&count| count == counts[0]), "{counts:?}");
     assert!(rendered[CHANGE as usize].life.kept > 0);
+}
+
+#[test]
+fn seeds_live_on_when_there_are_fewer_or_more() {
+    let mut renderer = Renderer::new(&base()).expect("sound options");
+    let mut render = |index: u64, seeds: u32| {
+        let detail = Detail { seeds, ..Detail::FULL };
+        renderer.render_in(&frame(index), &detail).expect("renders")
+    };
+    let [_, full, half, still_half, back] =
+        [(0, 100), (1, 100), (2, 50), (3, 50), (4, 100)].map(|(i, seeds)| render(i, seeds));
+    let counts = [&full, &half, &still_half, &back].map(|r| r.mesh.seeds().len());
+    assert_eq!(counts, [90, 45, 45, 90]);
+    assert_eq!((half.life.moved, half.life.born, half.life.died), (45, 0, 45));
+    assert_eq!((back.life.moved, back.life.born, back.life.died), (45, 45, 0));
+    assert!(!half.life.cut && !back.life.cut);
+    for rendered in [&half, &still_half, &back] {
+        assert_eq!(rendered.mesh.check(), Ok(()));
+    }
+    assert!(still_half.life.kept > 0, "nothing begins anew where nothing changes");
+}
+
+#[test]
+fn a_frame_that_is_not_looked_at_keeps_its_mesh_and_the_next_one_catches_up() {
+    let mut renderer = Renderer::new(&base()).expect("sound options");
+    let blind = Detail { look: Look::Reuse, steps: Some(0), ..Detail::FULL };
+    let first = renderer.render_in(&frame(0), &blind).expect("renders");
+    assert!(first.candidates > 0, "the first frame has to be looked at");
+    let second = renderer.render_in(&frame(3), &blind).expect("renders");
+    assert_eq!(second.mesh, first.mesh);
+    let seen = Detail { steps: Some(0), ..Detail::FULL };
+    let third = renderer.render_in(&frame(3), &seen).expect("renders");
+    assert_ne!(third.mesh, second.mesh, "the next frame catches up");
 }

@@ -8,8 +8,8 @@
 //! 1. refinement steps, from more than were asked for down to one;
 //! 2. work that nobody sees: means of every second, then every fourth row; a fresh mesh's feature map at
 //!    half the size; every second frame's motion not looked for;
-//! 3. seeds, in five steps from 100 to 25 per cent, while not even one refinement step fits;
-//! 4. the last step.
+//! 3. seeds, from 100 to 25 per cent, while not even one refinement step fits and with fewer it would;
+//! 4. the last step; then as many seeds as fit, since without steps few of them are worse than many.
 //!
 //! Steps go down at once when they are expected to take more than [`HIGH`] of the budget, and up when
 //! for [`PATIENCE`] frames more of them would have stayed below [`LOW`] of it; everything else waits
@@ -38,12 +38,12 @@ const LONG_PATIENCE: u32 = 24;
 const SEED_PATIENCE: u32 = 48;
 
 /// Frames for which not one step must have fitted before seeds are given up.
-const STARVED: u32 = 12;
+const STARVED: u32 = 8;
 
 /// Frames in which steps that were taken up again may settle, and how far above the budget they may
 /// be meanwhile.
-const SETTLING: u32 = 4;
-const FAR_ABOVE: f64 = 1.5;
+const SETTLING: u32 = 3;
+const FAR_ABOVE: f64 = 1.3;
 
 /// The most refinement steps of a frame whose mesh lives on, where the user names no number: in a few
 /// frames as many as a still gets, and twelve a frame gain nothing that can be seen.
@@ -54,6 +54,9 @@ pub const SEEDS: [u32; 5] = [100, 70, 50, 35, 25];
 
 /// Every how many rows colours are taken from, and about the time that the rasteriser takes then.
 const ROWS: [(u32, f64); 3] = [(1, 1.0), (2, 0.8), (4, 0.7)];
+
+/// The margin for what happens once in a shot.
+const FEW_KNOWN: f64 = 1.25;
 
 /// About the time that features of a fresh mesh take at half the size.
 const HALF: f64 = 0.4;
@@ -190,7 +193,8 @@ impl Governor {
     /// How well level one is to look at the next frame.
     pub fn look(&mut self) -> Look {
         let LookThread { watch, fresh, half, pausing, paused, patience } = &mut self.look;
-        let expected = fresh.careful();
+        // Of few frames one cannot tell how much they differ.
+        let expected = FEW_KNOWN * fresh.careful();
         if !*half && expected > HIGH * self.budget {
             *half = true;
             self.news.push(change("map", 1, 2, expected, self.budget));
@@ -355,36 +359,51 @@ impl Governor {
         }
         let step = mesh.line.step() * FRESH_STEP;
         let time = |steps: u32| (mesh.fresh + step * f64::from(steps)) * mesh.line.careful_pace();
-        (0..=most).rev().find(|&n| time(n) <= LOW * self.budget).unwrap_or(0)
+        (0..=most).rev().find(|&n| FEW_KNOWN * time(n) <= HIGH * self.budget).unwrap_or(0)
     }
 
-    /// Fewer seeds where not one step fits for long, more where there is plenty of room for long.
+    /// Fewer seeds where not one step fits for long and it would with fewer; more where there is plenty
+    /// of room for long, or where even the fewest did not help.
     fn choose_seeds(&mut self, asked: u32) {
-        let (mesh, budget) = (&self.mesh, self.budget);
+        let (mesh, budget, before) = (&self.mesh, self.budget, self.seeds);
         if !mesh.line.is_known() {
             return;
         }
+        let ease = self.ease();
+        let step_at = |seeds: usize| {
+            let mut line = mesh.line;
+            line.scale(f64::from(SEEDS[seeds]) / f64::from(SEEDS[before]));
+            expected(&line, asked.min(1), ease)
+        };
         let paint = self.paint.pace.careful() * ROWS[self.paint.rung].1;
-        let expected = expected(&mesh.line, asked.min(1), self.ease());
-        let mesh_starves = mesh.steps == Some(0) && asked > 0 && expected > LOW * budget;
-        let starves = mesh_starves || paint > HIGH * budget;
-        self.starved = if starves { self.starved + 1 } else { 0 };
-        let before = self.seeds;
-        let expected = expected.max(paint);
+        let paint_starves = paint > HIGH * budget;
+        let mesh_starves = mesh.steps == Some(0) && step_at(before) > LOW * budget;
+        self.starved = if paint_starves || mesh_starves { self.starved + 1 } else { 0 };
+        let expected = step_at(before).max(paint);
         // All work is taken to grow with the seeds, which is more than it does.
-        let growth = f64::from(SEEDS[before.saturating_sub(1)]) / f64::from(SEEDS[before]);
-        let fits = expected * growth <= LOW * budget;
-        self.rich = if fits && before > 0 { self.rich + 1 } else { 0 };
-        if self.starved >= STARVED && before + 1 < SEEDS.len() {
-            self.seeds += 1;
+        let growth = |seeds: usize| f64::from(SEEDS[seeds]) / f64::from(SEEDS[before]);
+        let fits = |seeds: usize| expected * growth(seeds) <= LOW * budget;
+        self.rich = if before > 0 && fits(before - 1) { self.rich + 1 } else { 0 };
+        if self.starved >= STARVED {
+            let last = SEEDS.len() - 1;
+            let helping = (before..=last).find(|&seeds| step_at(seeds) <= LOW * budget);
+            self.seeds = match helping {
+                Some(seeds) if mesh_starves => seeds,
+                // Without any steps many seeds are better than few.
+                None if mesh_starves && paint * growth(0) <= LOW * budget => 0,
+                _ => before,
+            };
+            if paint_starves {
+                self.seeds = self.seeds.max((before + 1).min(last));
+            }
         } else if self.rich >= SEED_PATIENCE {
             self.seeds -= 1;
-        } else {
-            return;
         }
-        (self.starved, self.rich) = (0, 0);
-        self.mesh.line.scale(f64::from(SEEDS[self.seeds]) / f64::from(SEEDS[before]));
-        self.news.push(change("seeds", SEEDS[before], SEEDS[self.seeds], expected, budget));
+        if self.seeds != before {
+            (self.starved, self.rich) = (0, 0);
+            self.mesh.line.scale(f64::from(SEEDS[self.seeds]) / f64::from(SEEDS[before]));
+            self.news.push(change("seeds", SEEDS[before], SEEDS[self.seeds], expected, budget));
+        }
     }
 }
 

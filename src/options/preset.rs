@@ -166,7 +166,10 @@ fn key_of(line: &str) -> Option<&str> {
 fn at_line(text: &str, line: Option<usize>, what: &str) -> String {
     let what = what.lines().map(str::trim).collect::<Vec<_>>().join(" ");
     let Some(line) = line else { return what };
-    let key = text.lines().nth(line).and_then(key_of).filter(|key| !what.contains(*key));
+    let key = text.lines().nth(line).and_then(key_of).filter(|key| {
+        // Where it is told already there is no need to.
+        !what.starts_with(*key) && !what.contains(&format!("`{key}`"))
+    });
     let key = key.map_or_else(String::new, |key| format!(", {key}"));
     format!("line {}{key}: {what}", line + 1)
 }

@@ -23,6 +23,7 @@ mod station;
 
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, Scope, ScopedJoinHandle};
 use std::time::Instant;
@@ -68,7 +69,8 @@ pub struct Settings {
     pub controls: Option<Controls>,
     /// What decides how much detail frames have. Default [`Guide::Options`].
     pub guide: Guide,
-    /// Threads that work inside frames, in a pool of this run's own; `None` takes rayon's global pool,
+    /// Threads that work inside frames, in a pool of this run's own (under a budget one for each of the
+    /// three stages between decode and encode); `None` takes rayon's global pool,
     /// a thread a core. The stages' own threads come on top. Default `None`.
     pub threads: Option<NonZeroUsize>,
     /// Whether the source is live: frames that find no room are dropped, the newest is kept.
@@ -113,7 +115,7 @@ pub fn run(
         Some(controls) => controls.clone(),
         None => Controls::new(settings.options.clone())?,
     };
-    let pool = &Pool::new(settings.threads)?;
+    let pools = &pools(settings)?;
     let pilot = &Pilot::new(&settings.guide);
     let began = Instant::now();
     let over = AtomicBool::new(false);
@@ -130,7 +132,7 @@ pub fn run(
         let station = Station::new(Stage::Decode, admit);
         let decoding = spawn(scope, "decode", move || decode(start, station, &door))?;
         let keep_origin = sink.wants_origin();
-        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, pool, keep_origin)?;
+        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, pools, keep_origin)?;
         let (tell, told) = bounded(ROOM);
         let delivery = Delivery { sink, tell, stop, keep_truncated: settings.allow_truncated };
         let encoding = spawn(scope, "encode", move || delivery.run(painted))?;
@@ -184,7 +186,7 @@ fn spawn_chain<'s, 'e>(
     admitted: Receiver<Result<Admitted>>,
     controls: &Controls,
     pilot: &'e Pilot,
-    pool: &'e Pool,
+    [looking, meshing, painting]: &'e [Pool; 3],
     keep_origin: bool,
 ) -> Result<Chain<'s>> {
     let options = controls.options();
@@ -192,41 +194,41 @@ fn spawn_chain<'s, 'e>(
     let station = Station::new(Stage::Features, extract);
     let mut extractor = Extractor::new(&options);
     let mut tuned = options.clone();
-    let extracting = spawn(scope, "features", move || {
+    let look_thread = spawn(scope, "features", move || {
         station.run(admitted, |clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 extractor.retune(options);
             }
-            features(&mut extractor, hop, clock, pilot, pool)
+            features(&mut extractor, hop, clock, pilot, looking)
         });
     })?;
     let (mesh, meshed) = bounded(ROOM);
     let station = Station::new(Stage::Sample, mesh);
     let mut mesher = Mesher::new(&options);
     let mut tuned = options.clone();
-    let meshing = spawn(scope, "mesh", move || {
+    let mesh_thread = spawn(scope, "mesh", move || {
         station.run(extracted, |clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 mesher.retune(options);
             }
-            build_mesh(&mut mesher, hop, clock, pilot, pool)
+            build_mesh(&mut mesher, hop, clock, pilot, meshing)
         });
     })?;
     let (paint, painted) = bounded(ROOM);
     let station = Station::new(Stage::Rasterise, paint);
     let mut painter = Painter::new(&options);
     let mut tuned = options;
-    let painting = spawn(scope, "rasterise", move || {
+    let paint_thread = spawn(scope, "rasterise", move || {
         station.run(meshed, |clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 painter.retune(options);
             }
-            let mut painted = fill(&mut painter, hop, clock, pilot, pool)?;
+            let mut painted = fill(&mut painter, hop, clock, pilot, painting)?;
             painted.origin = painted.origin.filter(|_| keep_origin);
             Ok(painted)
         });
     })?;
-    Ok((vec![extracting, meshing, painting], painted))
+    Ok((vec![look_thread, mesh_thread, paint_thread], painted))
 }
 
 /// Level one.
@@ -368,21 +370,36 @@ fn is_truncation(error: &Error) -> bool {
 }
 
 /// Where the work inside a frame is done.
+#[derive(Clone)]
 enum Pool {
     /// By the stage's thread, with rayon's global pool at its side.
     Global,
     /// In a pool of our own. The stages' threads wait for it, but nothing inside it waits for them.
-    Own(rayon::ThreadPool),
+    Own(Arc<rayon::ThreadPool>),
+}
+
+/// The pools of level one, the mesh and the rasteriser. One is enough for all, but under a budget each
+/// has its own: in one queue, a short piece of work would wait for a long one of another stage, and
+/// take as long as it.
+fn pools(settings: &Settings) -> Result<[Pool; 3]> {
+    let threads = settings.threads;
+    if settings.guide.budget().is_some() {
+        // None is a thread a core here too.
+        return Ok([Pool::new(threads)?, Pool::new(threads)?, Pool::new(threads)?]);
+    }
+    let pool = if threads.is_some() { Pool::new(threads)? } else { Pool::Global };
+    Ok([pool.clone(), pool.clone(), pool])
 }
 
 impl Pool {
     fn new(threads: Option<NonZeroUsize>) -> Result<Self> {
-        let Some(threads) = threads else { return Ok(Self::Global) };
+        // Nought is rayon's word for a thread a core.
+        let threads = threads.map_or(0, NonZeroUsize::get);
         rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.get())
+            .num_threads(threads)
             .thread_name(|n| format!("inside-{n}"))
             .build()
-            .map(Self::Own)
+            .map(|pool| Self::Own(Arc::new(pool)))
             .map_err(|error| Error::usage(format!("{threads} threads cannot be had: {error}")))
     }
 

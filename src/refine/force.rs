@@ -5,8 +5,9 @@ use super::Field;
 use super::ring::Ring;
 use crate::geom::{Point, SUBPIXEL};
 
-/// Pixels of edge for each sample; edges are about 10 pixels long.
-const SPACING: f32 = 2.0;
+/// Pixels of edge for each sample; edges are about 10 pixels long. Measured on video: with 2 a step is a
+/// tenth slower, and no better by more than 1 % of the error.
+const SPACING: f32 = 3.0;
 
 /// Samples on the longest edge.
 const MOST: i32 = 8;
@@ -51,7 +52,7 @@ fn pixels_between(a: Point, b: Point) -> (f32, f32) {
 fn pull(field: Field, from: Point, to: Point, behind: [f32; 4], front: [f32; 4]) -> f32 {
     let (dx, dy) = pixels_between(from, to);
     let samples = (((dx * dx + dy * dy).sqrt() / SPACING) as i32).clamp(2, MOST);
-    let sums = field.rows.sample(field.frame, from, to, samples);
+    let sums = field.rows.sample(from, to, samples);
     // Weights (1 - u) add up to samples^2 there. |I - b|^2 - |I - f|^2 = (f - b) . (2 I - f - b)
     let share = 1.0 / (samples * samples) as f32;
     let part = |c: usize| (front[c] - behind[c]) * (2.0 * share * sums[c] - front[c] - behind[c]);

@@ -38,7 +38,7 @@ const LOOKED_AT: usize = 8;
 
 /// Of these, as many are planned for each that is re-placed: those that by their triangles' colours
 /// look the least needed.
-const PLANNED: usize = 3;
+const PLANNED: usize = 2;
 
 /// Passes until every vertex has had its turn, when each may re-place `most`.
 pub(super) fn turns(vertices: usize, most: usize) -> u32 {
@@ -211,7 +211,7 @@ pub(super) fn replace(
     let mut leaving = std::mem::take(&mut worth.candidates);
     leaving.sort_unstable_by(|&a, &b| total(a).total_cmp(&total(b)).then(a.cmp(&b)));
     let Some(&cheapest) = leaving.first() else { return Vec::new() };
-    let openings = openings(surface, &worth.error, turn, most * 2, total(cheapest), field);
+    let openings = openings(surface, &worth.error, turn, most + most / 2, total(cheapest), field);
     let mut taken = vec![false; surface.triangles()];
     let mut replaced = Vec::new();
     let (mut ring, mut closing) = (Ring::default(), Closing::default());

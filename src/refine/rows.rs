@@ -12,7 +12,8 @@ use crate::scan::{self, Crossing, first_centre};
 ///
 /// They lie in tiles of [`WIDE`] x [`HIGH`] entries, bands of tiles from top to bottom: what surrounds
 /// a vertex is then in a few pages of memory, where whole rows would put each line of it into a page
-/// of its own.
+/// of its own. Within a tile 2 columns of 4 rows lie together, a cache line: an edge that falls by a
+/// row goes aside by a column or so, and meets half as many lines as if they held 8 columns of a row.
 #[derive(Debug)]
 pub(super) struct RowSums {
     pub(super) size: Size,
@@ -61,7 +62,7 @@ impl RowSums {
         if frame.is_opaque() {
             let bands = self.colour.par_chunks_mut(self.band).enumerate();
             let squares = bands.map(|(band, colour)| {
-                let row = |(line, y)| sum_opaque(frame.row(y as u32), &mut colour[line * WIDE..]);
+                let row = |(line, y)| sum_opaque(frame.row(y as u32), &mut colour[down(line)..]);
                 rows(band).map(row).sum::<u64>()
             });
             self.squares = squares.sum();
@@ -71,7 +72,7 @@ impl RowSums {
             let bands = bands.zip(self.alpha.par_chunks_mut(self.band)).enumerate();
             let squares = bands.map(|(band, (colour, alpha))| {
                 let row = |(line, y)| {
-                    let at = line * WIDE;
+                    let at = down(line);
                     sum_premultiplied(frame.row(y as u32), &mut colour[at..], &mut alpha[at..])
                 };
                 rows(band).map(row).sum::<u64>()
@@ -118,10 +119,10 @@ impl RowSums {
         let (mut y, end) = (start as usize, end as usize);
         while y < end {
             let stop = end.min((y / HIGH + 1) * HIGH);
-            let first = self.line(y);
-            for line in 0..stop - y {
+            let band = y / HIGH * self.band;
+            for y in y..stop {
                 let column = crossing.next();
-                visit(column, first + line * WIDE + spread(column));
+                visit(column, band + down(y) + across(column));
             }
             y = stop;
         }
@@ -129,7 +130,7 @@ impl RowSums {
 
     /// Where the line of row `y` begins.
     fn line(&self, y: usize) -> usize {
-        y / HIGH * self.band + y % HIGH * WIDE
+        y / HIGH * self.band + down(y)
     }
 
     /// The sums of the triangle `abc`, with a positive `orient`, whose edges sum to `sums`.
@@ -151,8 +152,8 @@ impl RowSums {
         scan::spans(triangle, 0..self.size.height, |y, columns| {
             let line = self.line(y as usize);
             for first in columns.clone().step_by(NARROW) {
-                let left = line + spread(first);
-                let right = line + spread(columns.end.min(first + NARROW));
+                let left = line + across(first);
+                let right = line + across(columns.end.min(first + NARROW));
                 let colour = self.colour[right].wrapping_sub(self.colour[left]);
                 for (sum, part) in sums.iter_mut().zip(unpack(colour)) {
                     *sum += part;
@@ -184,14 +185,14 @@ impl RowSums {
         }
         scan::spans(triangle, 0..self.size.height, |y, columns| {
             let line = self.line(y as usize);
-            let mut left = self.colour[line + spread(columns.start)];
+            let mut left = self.colour[line + across(columns.start)];
             for x in columns.clone() {
-                let right = self.colour[line + spread(x + 1)];
+                let right = self.colour[line + across(x + 1)];
                 let [r, g, b] = unpack(right.wrapping_sub(left));
                 squares += (r * r + g * g + b * b) as u64;
                 left = right;
             }
-            let alpha = |x: usize| u64::from(self.alpha[line + spread(x)]);
+            let alpha = |x: usize| u64::from(self.alpha[line + across(x)]);
             squares += columns.map(|x| (alpha(x + 1) - alpha(x)).pow(2)).sum::<u64>();
         });
         squares as f64
@@ -220,9 +221,9 @@ impl RowSums {
 
     /// The weighted sum over the pixels below `samples` points, evenly spaced between `from` and `to`,
     /// the weights falling from 2 `samples` - 1 to 1: red, green, blue, alpha (0 in opaque frames).
-    /// At most 90 samples. `frame` is the one that was loaded.
+    /// At most 90 samples.
     #[inline]
-    pub(super) fn sample(&self, frame: &Frame, from: Point, to: Point, samples: i32) -> [f32; 4] {
+    pub(super) fn sample(&self, from: Point, to: Point, samples: i32) -> [f32; 4] {
         // 16.16 fixed point: coordinates of 2^22 fit.
         let step = [(to.x - from.x) * FINER / samples, (to.y - from.y) * FINER / samples];
         let mut at = [from.x * FINER + step[0] / 2, from.y * FINER + step[1] / 2];
@@ -233,13 +234,10 @@ impl RowSums {
             let y = ((at[1] >> 16) as usize).min(last[1]);
             // Weights add up to samples^2: 8100 x 255 < 2^21.
             let weight = (2 * (samples - i) - 1) as u32;
-            if self.alpha.is_empty() {
-                let pixel = frame.pixels()[y * self.size.width as usize + x];
-                colour += pack(pixel) * u64::from(weight);
-            } else {
-                let (left, right) = (self.line(y) + spread(x), self.line(y) + spread(x + 1));
-                let pixel = self.colour[right].wrapping_sub(self.colour[left]);
-                colour += pixel * u64::from(weight);
+            let (left, right) = (self.line(y) + across(x), self.line(y) + across(x + 1));
+            let pixel = self.colour[right].wrapping_sub(self.colour[left]);
+            colour += pixel * u64::from(weight);
+            if !self.alpha.is_empty() {
                 alpha += (self.alpha[right] - self.alpha[left]) * weight;
             }
             at = [at[0] + step[0], at[1] + step[1]];
@@ -263,29 +261,29 @@ fn extent(a: Point, b: Point, c: Point) -> i32 {
 }
 
 /// How far into its line of a band of tiles the entry of a column stands.
-const fn spread(column: usize) -> usize {
-    column + column / WIDE * (TILE - WIDE)
+const fn across(column: usize) -> usize {
+    column / WIDE * TILE + column % WIDE / 2 * 8 + column % 2
 }
 
-/// Writes running sums of `row` into its line of a band of tiles; returns the sum of its squares.
+/// How far into its band of tiles the line of row `y` begins.
+const fn down(y: usize) -> usize {
+    y % HIGH / 4 * (4 * WIDE) + y % 4 * 2
+}
+
+/// Writes the running sums of an opaque row to its line and returns the squares of its pixels.
 fn sum_opaque(row: &[Rgba], line: &mut [u64]) -> u64 {
     let (mut sum, mut squares) = (0u64, 0u64);
-    line[0] = 0;
-    // Entry x + 1 stands for pixel x: the first tile takes one pixel less.
-    let (first, rest) = row.split_at(row.len().min(WIDE - 1));
-    let mut add = |row: &[Rgba], line: &mut [u64]| {
+    for (pixels, tile) in row.chunks(WIDE).zip(line.chunks_mut(TILE)) {
         let mut part = 0u32;
-        for (&pixel, entry) in row.iter().zip(line) {
+        for (x, &pixel) in pixels.iter().enumerate() {
+            tile[across(x)] = sum;
             sum = sum.wrapping_add(pack(pixel));
-            *entry = sum;
-            part += pixel[..3].iter().map(|&v| u32::from(v) * u32::from(v)).sum::<u32>();
+            let square = |v: u8| u32::from(v) * u32::from(v);
+            part += square(pixel[0]) + square(pixel[1]) + square(pixel[2]);
         }
         squares += u64::from(part);
-    };
-    add(first, &mut line[1..WIDE]);
-    for (pixels, tile) in rest.chunks(WIDE).zip(line.chunks_mut(TILE).skip(1)) {
-        add(pixels, &mut tile[..WIDE]);
     }
+    line[across(row.len())] = sum;
     squares
 }
 
@@ -293,15 +291,15 @@ fn sum_opaque(row: &[Rgba], line: &mut [u64]) -> u64 {
 /// are what is left of a pixel on black.
 fn sum_premultiplied(row: &[Rgba], line: &mut [u64], alphas: &mut [u32]) -> u64 {
     let (mut sum, mut alpha_sum, mut squares) = (0u64, 0u32, 0u64);
-    (line[0], alphas[0]) = (0, 0);
-    for (x, &[r, g, b, a]) in (1..).zip(row) {
+    for (x, &[r, g, b, a]) in row.iter().enumerate() {
+        (line[across(x)], alphas[across(x)]) = (sum, alpha_sum);
         let by_alpha = |v: u8| ((u32::from(v) * u32::from(a) + 127) / 255) as u8;
         let pixel = [by_alpha(r), by_alpha(g), by_alpha(b), a];
         squares += pixel.iter().map(|&v| u64::from(v) * u64::from(v)).sum::<u64>();
         sum = sum.wrapping_add(pack(pixel));
         alpha_sum += u32::from(a);
-        (line[spread(x)], alphas[spread(x)]) = (sum, alpha_sum);
     }
+    (line[across(row.len())], alphas[across(row.len())]) = (sum, alpha_sum);
     squares
 }
 

@@ -21,7 +21,8 @@ pub(crate) fn budget(text: &str) -> Result<Budget, String> {
     if text == "auto" {
         return Ok(Budget::Auto);
     }
-    let time = if text.ends_with('s') { amount::time(text).ok() } else { None };
+    let unit = text.ends_with('s') && !text.contains(':');
+    let time = if unit { amount::time(text).ok() } else { None };
     match time.filter(|time| *time > Rational::ZERO && *time <= Rational::new(3600, 1)) {
         Some(time) => Ok(Budget::Time(time)),
         None => Err(format!("'{text}' is not a budget: write 33ms, 0.5s or auto")),

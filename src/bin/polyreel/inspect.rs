@@ -235,18 +235,9 @@ fn with_seeds(mut pixels: Vec<Rgba>, size: Size, seeds: &[Point]) -> Vec<Rgba> {
 /// `pixels` with the cells of `grid`.
 fn with_grid(mut pixels: Vec<Rgba>, grid: &HexGrid) -> Vec<Rgba> {
     let size = grid.size();
-    // From flat to flat and from tip to tip, halved.
-    let (half, tip) = (grid.width() / 2.0, grid.width() / 3f64.sqrt());
     for cell in 0..grid.cells() {
-        let (x, y) = grid.centre(cell);
         // The other three sides are drawn by the neighbours to the left and above.
-        let corners = [
-            (x + half, y - tip / 2.0),
-            (x + half, y + tip / 2.0),
-            (x, y + tip),
-            (x - half, y + tip / 2.0),
-        ];
-        for pair in corners.windows(2) {
+        for pair in grid.lower_right(cell).windows(2) {
             if let Some([a, b]) = clip(size, pair[0], pair[1]) {
                 draw::line(size, a, b, |x, y| pixels[place(size, x, y)] = GRID);
             }

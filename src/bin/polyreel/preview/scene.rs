@@ -128,18 +128,9 @@ fn onto(area: Area, size: Size) -> impl Fn((f64, f64)) -> (f64, f64) {
 
 fn draw_grid(canvas: &mut Canvas, grid: &HexGrid, area: Area) {
     let place = onto(area, grid.size());
-    // From flat to flat and from tip to tip, halved.
-    let (half, tip) = (grid.width() / 2.0, grid.width() / 3f64.sqrt());
     for cell in 0..grid.cells() {
-        let (x, y) = grid.centre(cell);
         // The other three sides are drawn by the neighbours to the left and above.
-        let corners = [
-            (x + half, y - tip / 2.0),
-            (x + half, y + tip / 2.0),
-            (x, y + tip),
-            (x - half, y + tip / 2.0),
-        ];
-        for pair in corners.windows(2) {
+        for pair in grid.lower_right(cell).windows(2) {
             canvas.line(place(pair[0]), place(pair[1]), area, GRID);
         }
     }
