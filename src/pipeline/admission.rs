@@ -87,7 +87,8 @@ pub(super) fn decode(
             return;
         }
     };
-    for index in 0.. {
+    let (mut index, mut rehearsing) = (0, false);
+    loop {
         if door.is_shut() {
             return;
         }
@@ -106,16 +107,23 @@ pub(super) fn decode(
             Err(_) if door.stop.is_requested() => return,
             Err(error) => Err(error),
             Ok(Some(Decoded { frame, span })) => {
+                let rehearsal = source.rehearses();
+                if rehearsing && !rehearsal {
+                    // In earnest: counted from the beginning.
+                    (index, report.index) = (0, 0);
+                }
+                rehearsing = rehearsal;
                 report.pts_s = span.start.to_f64();
                 let options = door.controls.options();
-                door.pilot.detail(index).map(|detail| {
+                door.pilot.in_charge(rehearsal).detail(index).map(|detail| {
                     let orders = Orders { options, detail };
-                    Admitted { ticket: Ticket { orders, asked: 0, span, report }, frame }
+                    Admitted { ticket: Ticket { orders, asked: 0, span, rehearsal, report }, frame }
                 })
             }
         };
         if !door.admit(&station, hop) {
             return;
         }
+        index += 1;
     }
 }

@@ -43,6 +43,8 @@ pub(super) struct Ticket {
     pub(super) asked: u32,
     /// When the frame is shown.
     pub(super) span: Span,
+    /// Whether it is only there for the frames after it to learn from.
+    pub(super) rehearsal: bool,
     /// What the stages so far have to say of it.
     pub(super) report: FrameReport,
 }
@@ -77,6 +79,7 @@ pub(super) struct Meshed {
 /// rasterise -> encode.
 #[derive(Debug)]
 pub(super) struct Painted {
+    pub(super) rehearsal: bool,
     pub(super) report: FrameReport,
     pub(super) picture: Picture,
     /// Where the sink looks at it.

@@ -249,6 +249,7 @@ fn features(
     pool: &Pool,
 ) -> Result<Featured> {
     let Admitted { mut ticket, frame } = hop;
+    let pilot = pilot.in_charge(ticket.rehearsal);
     pilot.before_features(&mut ticket);
     let look = ticket.orders.detail.look;
     let report = &mut ticket.report;
@@ -268,6 +269,7 @@ fn build_mesh(
     pool: &Pool,
 ) -> Result<Meshed> {
     let Featured { mut ticket, frame, features } = hop;
+    let pilot = pilot.in_charge(ticket.rehearsal);
     pilot.before_mesh(&mut ticket, &features, mesher);
     let Orders { options, detail } = &ticket.orders;
     let report = &mut ticket.report;
@@ -305,8 +307,9 @@ fn fill(
     pool: &Pool,
 ) -> Result<Painted> {
     let Meshed { mut ticket, frame, mesh, fills, fresh } = hop;
+    let pilot = pilot.in_charge(ticket.rehearsal);
     pilot.before_painting(&mut ticket);
-    let Ticket { orders, span, mut report, .. } = ticket;
+    let Ticket { orders, span, rehearsal, mut report, .. } = ticket;
     let rows = orders.detail.rows;
     let painting = pool.work(|| {
         clock.time(Stage::Rasterise, &mut report, || {
@@ -315,7 +318,7 @@ fn fill(
     })?;
     pilot.after_painting(&report);
     let picture = Picture { frame: painting.frame, fills: painting.fills, span };
-    Ok(Painted { report, picture, origin: Some(Origin { frame, mesh }) })
+    Ok(Painted { rehearsal, report, picture, origin: Some(Origin { frame, mesh }) })
 }
 
 /// The end of the chain: the sink, and the way to the observer.
@@ -332,7 +335,8 @@ impl Delivery<'_> {
         let mut clock = Clock::new(Stage::Encode);
         let mut written = 0u64;
         for hop in inbox {
-            let Painted { mut report, picture, origin } = match hop {
+            let Painted { mut report, picture, origin, .. } = match hop {
+                Ok(hop) if hop.rehearsal => continue,
                 Ok(hop) => hop,
                 Err(error) if self.keep_truncated && written > 0 && is_truncation(&error) => {
                     return self.finish(Ending::Truncated(error));

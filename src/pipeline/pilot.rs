@@ -55,6 +55,12 @@ impl Pilot {
         }
     }
 
+    /// Who decides the detail of a frame: in a `rehearsal` the options do. Its details are in no report,
+    /// and a replay must have the same.
+    pub(super) fn in_charge(&self, rehearsal: bool) -> &Self {
+        if rehearsal { &Self::Options } else { self }
+    }
+
     /// The detail that frame `index` comes in with. Under a budget each stage settles its own part.
     pub(super) fn detail(&self, index: u64) -> Result<Detail> {
         match self {

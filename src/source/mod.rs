@@ -11,6 +11,7 @@ mod jpeg;
 pub mod nut;
 mod pipe;
 pub mod probe;
+mod rehearse;
 mod resize;
 mod sequence;
 mod still;
@@ -20,7 +21,7 @@ mod webp;
 pub mod y4m;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use image::ImageFormat;
 
@@ -30,6 +31,7 @@ use crate::frame::{Frame, Rational, Span, StreamInfo};
 pub use watch::hang_up;
 
 use detect::Kind;
+use rehearse::Rehearsed;
 use resize::Resize;
 use trim::{Part, Trim};
 
@@ -63,6 +65,13 @@ pub trait Source {
     /// Called before each [`Source::next`]: waits until the next frame is due, where frames are played
     /// at a speed. Time spent here is not time at work. Default: it is due at once.
     fn wait(&mut self) {}
+
+    /// Whether the frame delivered last is part of a rehearsal: it goes through the whole chain, so that
+    /// the mesh and its colours learn from it, but is neither written nor reported nor counted.
+    /// Rehearsals come before everything else. Default: there are none.
+    fn rehearses(&self) -> bool {
+        false
+    }
 }
 
 /// What of an input is read, and how. The default reads all of it as it is.
@@ -82,6 +91,9 @@ pub struct SourceOptions {
     /// Whether of a single picture that ends too early its upper part is delivered, before the error
     /// that tells so. Whole frames always are. Default: no.
     pub allow_truncated: bool,
+    /// Whether it is played twice, the first time as a [rehearsal](Source::rehearses): its beginning
+    /// then goes on from its end. No effect on a still. Default: no.
+    pub looped: bool,
     /// The ffmpeg program that reads video. Default: the one that the system finds.
     pub ffmpeg: Option<PathBuf>,
 }
@@ -183,14 +195,16 @@ impl Input {
 /// headers are read.
 ///
 /// # Errors
-/// When nothing is named, a file is missing, unreadable or not a picture, or frames differ in size.
+/// When nothing is named, a file is missing, unreadable or not a picture, frames differ in size, or what
+/// is to be looped can be read only once.
 pub fn open(inputs: &[String], options: &SourceOptions) -> Result<Input> {
     let part = Part::of(options)?;
     if options.max_size == Some(0) {
         return Err(Error::usage("a longest side of 0 pixels leaves nothing; ask for at least 1"));
     }
     let input = recognised(inputs, part, options)?;
-    Ok(resized(trimmed(input, part), options))
+    let input = resized(trimmed(input, part), options);
+    if options.looped { rehearsed(input, options.allow_truncated) } else { Ok(input) }
 }
 
 /// The files that `inputs` name, as [`open`] finds them, each to be opened by itself.
@@ -256,4 +270,22 @@ fn resized(input: Input, options: &SourceOptions) -> Input {
     info.size = to;
     let start = Box::new(move || Ok(Box::new(Resize::new(start()?, from, to)) as Box<dyn Source>));
     Input { info, start, ..input }
+}
+
+fn rehearsed(input: Input, allow_truncated: bool) -> Result<Input> {
+    if input.info.still {
+        return Ok(input);
+    }
+    if !input.repeats {
+        return Err(Error::usage(
+            "to loop is to read the input twice, and pipes, streams and cameras can be read only once: \
+             name a file",
+        ));
+    }
+    let Input { start, .. } = input;
+    let starter = Arc::new(Mutex::new(start));
+    let start = Box::new(move || {
+        Ok(Box::new(Rehearsed::new(starter.clone(), allow_truncated)?) as Box<dyn Source>)
+    });
+    Ok(Input { start, ..input })
 }

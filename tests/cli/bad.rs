@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use assert_cmd::Command;
+
 use crate::{Folder, stderr, stdout};
 
 /// Asserts that `line` fails with `code`, says something with `words` in it, in one line, and leaves
@@ -30,6 +32,24 @@ fn files_that_are_no_pictures() {
         }
     }
     refused(&folder, "info text.png", 1, &["text.png"]);
+}
+
+#[test]
+fn what_can_be_read_only_once_cannot_be_looped() {
+    let folder = Folder::new();
+    folder.still("in.png", 48, 32);
+    let done = Command::new(env!("CARGO_BIN_EXE_polyreel"))
+        .current_dir(folder.path("."))
+        .args(["render", "-", "-o", "out.gif", "--loop"])
+        .write_stdin(*b"YUV4MPEG2 W4 H4 F25:1 C420jpeg\nFRAME\n012345670123456701234567")
+        .assert()
+        .code(2);
+    assert!(stderr(&done).contains("only once"), "{}", stderr(&done));
+    assert_eq!(folder.listing(), ["in.png"]);
+    // A still has no end that could lead anywhere.
+    folder.run("render in.png -o out.png --loop").success();
+    folder.run("render in.png -o plain.png").success();
+    assert!(folder.read("out.png") == folder.read("plain.png"));
 }
 
 #[test]

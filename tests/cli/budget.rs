@@ -148,3 +148,19 @@ fn preset_files_that_are_wrong_name_file_line_and_key() {
     let none = stderr(&folder.run("render in.png -o out.png --preset none.toml").failure());
     assert!(none.contains("none.toml: cannot be read"), "{none}");
 }
+
+#[test]
+fn a_loop_under_a_budget_is_replayed_to_the_same_bytes_and_counts_its_frames_once() {
+    let folder = Folder::new();
+    film(&folder);
+    folder.run(&format!("{RUN} --loop --budget 1ms --report r.json")).success();
+    let bytes = folder.read("out.gif");
+    let report = folder.json("r.json");
+    assert_eq!((&report["frames"], orders(&report).len()), (&30.into(), 30));
+    assert_eq!(folder.delays("out.gif"), [40; 30]);
+    folder.run(&format!("{RUN} --loop --replay r.json")).success();
+    assert!(folder.read("out.gif") == bytes);
+    // Nobody waits for what never comes: the replay of a loop is no replay without it.
+    folder.run(&format!("{RUN} --replay r.json")).success();
+    assert!(folder.read("out.gif") != bytes);
+}

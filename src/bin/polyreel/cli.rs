@@ -67,7 +67,7 @@ pub(crate) enum Command {
 
 const RENDER_EXAMPLES: &str = "Examples:
   polyreel render portrait.png -o lowpoly.png
-  polyreel render dance.gif -o dance-lowpoly.gif --points 1500
+  polyreel render dance.gif -o dance-lowpoly.gif --points 1500 --loop
   polyreel render frames/ -o out/
   polyreel render 'shots/*.jpg' -o shots.gif --fps 12 --outline=white
   polyreel render clip.mp4 -o lowpoly.mp4 --start 0:05 --end 0:10
@@ -253,6 +253,7 @@ impl InputArgs {
             fps: self.fps,
             max_size: self.max_size,
             allow_truncated: self.allow_truncated,
+            looped: false,
             ffmpeg: self.ffmpeg.clone(),
         }
     }
@@ -329,6 +330,11 @@ pub(crate) struct RunArgs {
     /// same input and options
     #[arg(long, value_name = "REPORT.json", conflicts_with = "budget")]
     pub(crate) replay: Option<PathBuf>,
+    /// Let the end lead into the beginning, for GIFs and clips that play round and round: the input is
+    /// rendered twice, and what is written is the second time, which goes on from the mesh that the
+    /// first ended with. Files only
+    #[arg(long = "loop")]
+    pub(crate) looped: bool,
     /// Write what was done, in sum and for every frame, as JSON; replaces an older report
     #[arg(long, value_name = "FILE.json")]
     pub(crate) report: Option<PathBuf>,

@@ -13,7 +13,7 @@ use polyreel::pipeline::{
     Summary,
 };
 use polyreel::sink::{self, SinkOptions};
-use polyreel::source::{self, Input};
+use polyreel::source::{self, Input, SourceOptions};
 use polyreel::stage::Stage;
 
 use crate::Outcome;
@@ -29,7 +29,8 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let mut options = args.look.options()?;
     let stop = Stop::default();
     let interrupt = Interrupt::listen(&stop);
-    let input = source::open(&args.input.inputs, &args.input.options())?;
+    let wanted = SourceOptions { looped: args.run.looped, ..args.input.options() };
+    let input = source::open(&args.input.inputs, &wanted)?;
     let info = input.info().clone();
     if info.still {
         // Nothing comes after it: --refine STEPS means just so many.

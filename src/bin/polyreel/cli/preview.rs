@@ -33,6 +33,9 @@ pub(crate) struct PreviewArgs {
     /// chosen so that every stage keeps within it [default: auto]
     #[arg(long, value_name = "TIME", value_parser = budget, help_heading = "Run")]
     pub(crate) budget: Option<Budget>,
+    /// Files play round and round with one mesh anyway; here for whoever knows it from render
+    #[arg(long = "loop", help_heading = "Run")]
+    pub(crate) looped: bool,
     /// Threads that work inside a frame [default: one a core]
     #[arg(long, value_name = "N", help_heading = "Run")]
     pub(crate) threads: Option<NonZeroUsize>,
