@@ -17,6 +17,7 @@ mod controls;
 mod histogram;
 mod hop;
 mod pilot;
+mod pool;
 mod replay;
 mod report;
 mod station;
@@ -47,6 +48,7 @@ use histogram::StageHistograms;
 use hop::{Admitted, Featured, Meshed, Orders, Painted, Ticket};
 pub use pilot::Guide;
 use pilot::{Pilot, longest};
+use pool::Pool;
 pub use replay::Script;
 pub use report::{
     BudgetReport, Ending, FrameReport, InputReport, OutputReport, Report, StageTimes, Summary,
@@ -70,9 +72,8 @@ pub struct Settings {
     pub controls: Option<Controls>,
     /// What decides how much detail frames have. Default [`Guide::Options`].
     pub guide: Guide,
-    /// Threads that work inside frames, in a pool of this run's own (under a budget one for each of the
-    /// three stages between decode and encode); `None` takes rayon's global pool,
-    /// a thread a core. The stages' own threads come on top. Default `None`.
+    /// Threads that work inside a frame, for each of the three stages between decode and encode; `None`
+    /// is a thread a core. The stages' own threads come on top. Default `None`.
     pub threads: Option<NonZeroUsize>,
     /// Whether the source is live: frames that find no room are dropped, the newest is kept.
     /// Default `false`.
@@ -116,7 +117,7 @@ pub fn run(
         Some(controls) => controls.clone(),
         None => Controls::new(settings.options.clone())?,
     };
-    let pools = &pools(settings)?;
+    let pools = &Pool::three(settings.threads)?;
     let pilot = &Pilot::new(&settings.guide);
     let began = Instant::now();
     let over = AtomicBool::new(false);
@@ -376,48 +377,6 @@ impl Delivery<'_> {
 /// Whether `error` says that the input broke off, rather than that we failed.
 fn is_truncation(error: &Error) -> bool {
     matches!(error, Error::Input { .. } | Error::Frame { stage: Stage::Decode, .. })
-}
-
-/// Where the work inside a frame is done.
-#[derive(Clone)]
-enum Pool {
-    /// By the stage's thread, with rayon's global pool at its side.
-    Global,
-    /// In a pool of our own. The stages' threads wait for it, but nothing inside it waits for them.
-    Own(Arc<rayon::ThreadPool>),
-}
-
-/// The pools of level one, the mesh and the rasteriser. One is enough for all, but under a budget each
-/// has its own: in one queue, a short piece of work would wait for a long one of another stage, and
-/// take as long as it.
-fn pools(settings: &Settings) -> Result<[Pool; 3]> {
-    let threads = settings.threads;
-    if settings.guide.budget().is_some() {
-        // None is a thread a core here too.
-        return Ok([Pool::new(threads)?, Pool::new(threads)?, Pool::new(threads)?]);
-    }
-    let pool = if threads.is_some() { Pool::new(threads)? } else { Pool::Global };
-    Ok([pool.clone(), pool.clone(), pool])
-}
-
-impl Pool {
-    fn new(threads: Option<NonZeroUsize>) -> Result<Self> {
-        // Nought is rayon's word for a thread a core.
-        let threads = threads.map_or(0, NonZeroUsize::get);
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .thread_name(|n| format!("inside-{n}"))
-            .build()
-            .map(|pool| Self::Own(Arc::new(pool)))
-            .map_err(|error| Error::usage(format!("{threads} threads cannot be had: {error}")))
-    }
-
-    fn work<T: Send>(&self, job: impl FnOnce() -> T + Send) -> T {
-        match self {
-            Self::Global => job(),
-            Self::Own(pool) => pool.install(job),
-        }
-    }
 }
 
 /// A thread called `name`. When it cannot be had, those that were begun end by themselves, because
