@@ -133,12 +133,20 @@ fn jump(pictures: &[Picture]) -> f64 {
     change(last, &pictures[0]) / inner * (pictures.len() - 1) as f64
 }
 
+/// Where the seam goes is a matter of chance for a few hundred triangles: so the mean of several meshes
+/// is bounded too. What is above 1 came to 0.54 without the rehearsal and 0.34 with it.
 #[test]
 fn a_film_without_a_seam_plays_round_with_less_of_a_jump() {
-    let settings = Settings { options: options(), ..Settings::default() };
-    let (once, looped) = (run_film(false, &settings).1, run_film(true, &settings).1);
-    let (once, looped) = (jump(&once), jump(&looped));
-    assert!(looped < 1.4 && looped < once, "{looped} instead of {once}");
+    let mut excess = [0.0; 2];
+    for points in [150, 300, 600] {
+        let options = Options { points: Points::Count(points), ..options() };
+        let settings = Settings { options, ..Settings::default() };
+        let [once, looped] = [false, true].map(|looped| jump(&run_film(looped, &settings).1));
+        assert!(looped < once, "{points} points: {looped} instead of {once}");
+        excess[0] += (once - 1.0) / 3.0;
+        excess[1] += (looped - 1.0) / 3.0;
+    }
+    assert!(excess[1] < 0.8 * excess[0] && excess[1] < 0.5, "{excess:?}");
 }
 
 #[test]
