@@ -36,7 +36,7 @@ pub struct Options {
     /// Decides all chance. Default 0.
     pub seed: u64,
     /// How much of the mesh lives on from frame to frame, 0 (each frame alone) to 1 (the first frame's
-    /// mesh is locked). Default 0.5.
+    /// mesh is locked). Default 0.4.
     pub coherence: f64,
     /// How much work goes into refinement. Default [`Quality::Normal`].
     pub quality: Quality,
@@ -107,7 +107,7 @@ impl Default for Options {
             method: Method::default(),
             points: Points::default(),
             seed: 0,
-            coherence: 0.5,
+            coherence: 0.4,
             quality: Quality::default(),
             refine: None,
             error: None,
