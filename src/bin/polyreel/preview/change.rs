@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn each_key_changes_its_field_alone() {
-        let base = Options::default();
+        let base = Options { coherence: 0.5, ..Options::default() };
         assert_eq!(press(&base, Look::Method(2)), Options { method: Method::Hslp, ..base.clone() });
         assert_eq!(
             press(&base, Look::Coherence(Way::Up)),
