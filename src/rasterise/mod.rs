@@ -103,15 +103,26 @@ fn paint(mesh: &Mesh, mut fills: Vec<Fill>, style: &Style) -> Painting {
 /// The mean colour and the area of each triangle. One that covers no pixel's centre has the colour of
 /// the pixel below its centroid, and no area.
 pub fn means(mesh: &Mesh, frame: &Frame) -> Vec<Fill> {
-    let mean: fn(&Frame, [Point; 3]) -> Fill =
-        if frame.is_opaque() { mean_opaque } else { mean_weighted };
+    each_triangle(mesh, |triangle| mean(frame, triangle))
+}
+
+/// What `find` finds for each triangle of `mesh`, in parallel.
+fn each_triangle(mesh: &Mesh, find: impl Fn([Point; 3]) -> Fill + Sync) -> Vec<Fill> {
     let mut fills = vec![Fill { colour: [0; 4], area: 0 }; mesh.triangles.len()];
     fills.par_chunks_mut(PACK).enumerate().for_each(|(pack, fills)| {
         for (i, fill) in fills.iter_mut().enumerate() {
-            *fill = mean(frame, mesh.triangle(pack * PACK + i));
+            *fill = find(mesh.triangle(pack * PACK + i));
         }
     });
     fills
+}
+
+fn mean(frame: &Frame, triangle: [Point; 3]) -> Fill {
+    let all = Tally::of(frame, triangle, |_| true);
+    if all.area == 0 {
+        return Fill { colour: below_centroid(frame, triangle), area: 0 };
+    }
+    all.fill()
 }
 
 /// `sum / count`, rounded to the nearest, halves up.
@@ -119,54 +130,76 @@ fn rounded(sum: u64, count: u64) -> u8 {
     ((sum + count / 2) / count) as u8
 }
 
-fn mean_opaque(frame: &Frame, triangle: [Point; 3]) -> Fill {
-    let mut sum = [0u64; 3];
-    let mut area = 0;
-    scan::spans(triangle, 0..frame.size().height, |y, columns| {
-        area += columns.len() as u32;
+/// What the pixels of a triangle add up to, in those rows of the frame that are looked at.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    /// Pixels in all rows.
+    area: u32,
+    /// Pixels that were looked at.
+    seen: u64,
+    /// Red, green and blue, each pixel's as often as it weighs: once where all are opaque, else as much
+    /// as can be seen of it.
+    colour: [u64; 3],
+    weight: u64,
+    alpha: u64,
+}
+
+impl Tally {
+    #[inline]
+    fn of(frame: &Frame, triangle: [Point; 3], looked_at: impl Fn(u32) -> bool) -> Self {
+        let mut tally = Self::default();
+        let opaque = frame.is_opaque();
+        scan::spans(triangle, 0..frame.size().height, |y, columns| {
+            tally.area += columns.len() as u32;
+            if looked_at(y) {
+                let pixels = &frame.row(y)[columns];
+                tally.seen += pixels.len() as u64;
+                if opaque { tally.add_opaque(pixels) } else { tally.add_weighted(pixels) }
+            }
+        });
+        if opaque {
+            tally.alpha = 255 * tally.seen;
+        }
+        tally.weight = if opaque { tally.seen } else { tally.alpha };
+        tally
+    }
+
+    #[inline]
+    fn add_opaque(&mut self, pixels: &[Rgba]) {
         // Red and blue side by side in one number: 256 of them stay below 2^16.
-        for piece in frame.row(y)[columns].chunks(256) {
+        for piece in pixels.chunks(256) {
             let (mut red_blue, mut green) = (0u32, 0u32);
             for &pixel in piece {
                 let pixel = u32::from_le_bytes(pixel);
                 red_blue += pixel & 0x00ff_00ff;
                 green += pixel >> 8 & 0xff;
             }
-            sum[0] += u64::from(red_blue & 0xffff);
-            sum[1] += u64::from(green);
-            sum[2] += u64::from(red_blue >> 16);
+            self.colour[0] += u64::from(red_blue & 0xffff);
+            self.colour[1] += u64::from(green);
+            self.colour[2] += u64::from(red_blue >> 16);
         }
-    });
-    if area == 0 {
-        return Fill { colour: below_centroid(frame, triangle), area };
     }
-    let [r, g, b] = sum.map(|sum| rounded(sum, area.into()));
-    Fill { colour: [r, g, b, 255], area }
-}
 
-fn mean_weighted(frame: &Frame, triangle: [Point; 3]) -> Fill {
-    let mut sum = [0u64; 4];
-    let mut area = 0;
-    scan::spans(triangle, 0..frame.size().height, |y, columns| {
-        area += columns.len() as u32;
-        for &[r, g, b, a] in &frame.row(y)[columns] {
+    #[inline]
+    fn add_weighted(&mut self, pixels: &[Rgba]) {
+        for &[r, g, b, a] in pixels {
             let weight = u64::from(a);
-            for (sum, channel) in sum.iter_mut().zip([r, g, b]) {
+            for (sum, channel) in self.colour.iter_mut().zip([r, g, b]) {
                 *sum += weight * u64::from(channel);
             }
-            sum[3] += weight;
+            self.alpha += weight;
         }
-    });
-    if area == 0 {
-        return Fill { colour: below_centroid(frame, triangle), area };
     }
-    let alpha = rounded(sum[3], area.into());
-    if alpha == 0 {
-        return Fill { colour: [0; 4], area };
+
+    /// The mean of the pixels that were looked at, of which there must be any.
+    fn fill(&self) -> Fill {
+        let alpha = rounded(self.alpha, self.seen);
+        if alpha == 0 {
+            return Fill { colour: [0; 4], area: self.area };
+        }
+        let [r, g, b] = self.colour.map(|sum| rounded(sum, self.weight));
+        Fill { colour: [r, g, b, alpha], area: self.area }
     }
-    let [r, g, b, weight] = sum;
-    let [r, g, b] = [r, g, b].map(|sum| rounded(sum, weight));
-    Fill { colour: [r, g, b, alpha], area }
 }
 
 /// `fills` with the colours of those triangles that cover no pixel's centre.

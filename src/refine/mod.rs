@@ -159,10 +159,8 @@ impl Refiner {
             self.surface.link(mesh);
             self.surface.measure(&self.rows);
             self.descent.reset(self.surface.at.len());
-            self.rest.reset(&self.surface);
             self.worth.start_anew();
-            let scale = Scale::new(&self.rows, frame, self.surface.triangles(), options);
-            self.run(mesh, frame, options, scale, watch)
+            self.run(mesh, frame, options, false, watch)
         })
     }
 
@@ -183,26 +181,26 @@ impl Refiner {
             self.rows.load(frame);
             let carried = self.surface.relink(mesh);
             self.surface.measure(&self.rows);
-            let scale = Scale::new(&self.rows, frame, self.surface.triangles(), options);
-            if carried {
-                self.rest.wake(&mut self.surface, scale.over(&self.rows, frame));
-            } else {
-                self.rest.reset(&self.surface);
-            }
-            self.run(mesh, frame, options, scale, None)
+            self.run(mesh, frame, options, carried, None)
         })
     }
 
+    /// The steps; `carried` says that triangles and half-edges are those of the frame before.
     fn run(
         &mut self,
         mesh: &mut Mesh,
         frame: &Frame,
         options: &RefineOptions,
-        scale: Scale,
+        carried: bool,
         mut watch: Option<Watch<'_>>,
     ) -> Refined {
         let Self { rows, surface, descent, worth, rest, edges } = self;
-        let field = scale.over(rows, frame);
+        let field = Field::new(rows, frame, surface.triangles(), options);
+        if carried {
+            rest.wake(surface, field);
+        } else {
+            rest.reset(surface);
+        }
         let most = (options.replace.clamp(0.0, 1.0) * surface.at.len() as f64).ceil() as usize;
         let mut refined = Refined { error_before: surface.error(rows), ..Refined::default() };
         worth.reset(surface.at.len(), surface.triangles());
@@ -236,10 +234,9 @@ impl Refiner {
         // Both are sums of rounded numbers: a mesh that stayed as it was has not got worse.
         refined.error_after = surface.error(rows).min(refined.error_before);
         rest.settle(surface, begin);
+        let stored = surface.store(mesh);
         if frame.is_opaque() {
-            refined.fills = surface.store_with_fills(mesh, rows);
-        } else {
-            surface.store(mesh);
+            refined.fills = stored.into_iter().map(|t| surface.total(rows, t).fill()).collect();
         }
         refined
     }
@@ -258,17 +255,9 @@ struct Field<'a> {
     closely: bool,
 }
 
-/// The same without the frame that it was measured on.
-#[derive(Clone, Copy, Debug)]
-struct Scale {
-    weight: f64,
-    least_gain: f64,
-    closely: bool,
-}
-
 /// Squared 8-bit steps for a unit of flatness at the default regularity, as a share of a cell's error.
-/// Measured: 0.3 % of the angles below 5 degrees, where the plain Delaunay mesh of the same seeds
-/// has 0.9 %.
+/// Measured on 16 stills: 0.2 % of the triangles have an angle below 5 degrees in the mean, where those of
+/// the plain Delaunay mesh of the same seeds are 2 %.
 const SHAPE: f64 = 0.02;
 
 /// The same at regularity 1, where it would be infinite.
@@ -277,19 +266,17 @@ const MOST_SHAPE: f64 = 1e4;
 /// Nothing below it can be seen: a pixel that is better by one 8-bit step in one channel.
 const LEAST_GAIN: f64 = 1.0;
 
-impl Scale {
-    fn new(rows: &RowSums, frame: &Frame, triangles: usize, options: &RefineOptions) -> Self {
+impl<'a> Field<'a> {
+    fn new(rows: &'a RowSums, frame: &'a Frame, triangles: usize, options: &RefineOptions) -> Self {
         // Against the picture, not the mesh: the measure must not change as the mesh learns.
         let cell = rows.cell_error(frame, triangles);
         let r = options.regularity.clamp(0.0, 1.0);
         Self {
+            rows,
+            frame,
             weight: cell * (SHAPE * (r / (1.0 - r)).powi(2)).min(MOST_SHAPE),
             least_gain: (cell * options.threshold.max(0.0)).max(LEAST_GAIN),
             closely: options.closely,
         }
-    }
-    fn over<'a>(self, rows: &'a RowSums, frame: &'a Frame) -> Field<'a> {
-        let Self { weight, least_gain, closely } = self;
-        Field { rows, frame, weight, least_gain, closely }
     }
 }

@@ -40,12 +40,16 @@ impl RefineOptions {
         }
     }
 
-    fn next(options: &Options) -> Self {
-        let steps = options.refine.unwrap_or(match options.quality {
+    /// Steps that `options` ask for on a mesh that comes from the frame before and is not locked.
+    pub fn live_steps(options: &Options) -> u32 {
+        options.refine.unwrap_or(match options.quality {
             Quality::Draft => 0,
             Quality::Normal => Self::live().steps,
             Quality::Best => 2 * Self::live().steps,
-        });
+        })
+    }
+
+    fn next(options: &Options) -> Self {
         if options.coherence >= 1.0 {
             return Self::draft();
         }
@@ -53,7 +57,7 @@ impl RefineOptions {
         let weight = options.coherence / (1.0 - options.coherence);
         let live = Self::live();
         Self {
-            steps,
+            steps: Self::live_steps(options),
             threshold: live.threshold * weight,
             replace: live.replace / weight.max(0.1),
             ..live

@@ -5,7 +5,6 @@ use rayon::prelude::*;
 use super::rows::RowSums;
 use super::shape::flatness;
 use super::sums::{Sums, Total};
-use crate::frame::Fill;
 use crate::geom::{Point, SUBPIXEL, Size};
 use crate::mesh::{CORNERS, Mesh, Place};
 
@@ -344,9 +343,9 @@ impl Surface {
         }
     }
 
-    /// As [`Surface::store`], with the fills of the triangles of an opaque frame in the order in which
-    /// they are written.
-    pub(super) fn store_with_fills(&mut self, mesh: &mut Mesh, rows: &RowSums) -> Vec<Fill> {
+    /// Writes the vertices and triangles back, in canonical order. Returns the triangles' numbers in that
+    /// order.
+    pub(super) fn store(&mut self, mesh: &mut Mesh) -> Vec<u32> {
         mesh.vertices.clone_from(&self.at);
         let (triangles, _) = self.origin.as_chunks::<3>();
         let mut numbered: Vec<([u32; 3], u32)> = triangles
@@ -358,16 +357,6 @@ impl Surface {
         mesh.triangles.clear();
         mesh.triangles.extend(numbered.iter().map(|&(triangle, _)| triangle));
         self.stored.clone_from(&mesh.triangles);
-        numbered.iter().map(|&(_, t)| self.total(rows, t).fill()).collect()
-    }
-
-    /// Writes the vertices and triangles back, in canonical order.
-    pub(super) fn store(&mut self, mesh: &mut Mesh) {
-        mesh.vertices.clone_from(&self.at);
-        let (triangles, _) = self.origin.as_chunks::<3>();
-        mesh.triangles.clear();
-        mesh.triangles.extend_from_slice(triangles);
-        Mesh::canonicalise(&mut mesh.triangles);
-        self.stored.clone_from(&mesh.triangles);
+        numbered.into_iter().map(|(_, number)| number).collect()
     }
 }
