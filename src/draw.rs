@@ -31,16 +31,17 @@ pub fn line(size: Size, a: Point, b: Point, mut visit: impl FnMut(u32, u32)) {
     }
 }
 
-/// Draws every edge of `mesh` on `pixels`, which are of the mesh's size, in `colour`, `width` pixels wide. Returns the
-/// number of pixels drawn, those drawn twice counted twice.
+/// Draws every edge of `mesh` on `pixels`, which are of the mesh's size, in `colour`, `width` pixels
+/// wide. Returns the number of pixels drawn, those drawn twice counted twice.
 pub fn edges(pixels: &mut [Rgba], mesh: &Mesh, colour: Rgba, width: u32) -> u32 {
+    let brush = brush(width);
     let mut drawn = 0;
     for &[a, b, c] in &mesh.triangles {
         for (from, to) in [(a, b), (b, c), (c, a)] {
             // The neighbour has the same edge the other way round; those on the border stand alone.
             let (p, q) = (mesh.vertices[from as usize], mesh.vertices[to as usize]);
             if from < to || mesh.on_one_border(from, to) {
-                drawn += stroke(pixels, mesh.size, (p, q), colour, width);
+                drawn += stroke(pixels, mesh.size, (p, q), colour, &brush);
             }
         }
     }
@@ -60,38 +61,34 @@ pub fn some_edges(
         .flat_map(|(t, &[a, b, c])| [(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), p.max(q), t)))
         .collect();
     sides.sort_unstable();
+    let brush = brush(width);
     let mut drawn = 0;
     for pair in sides.windows(2) {
         let [(a, b, t), (c, d, u)] = [pair[0], pair[1]];
         if (a, b) == (c, d) && wanted(t, u) {
             let ends = (mesh.vertices[a as usize], mesh.vertices[b as usize]);
-            drawn += stroke(pixels, mesh.size, ends, colour, width);
+            drawn += stroke(pixels, mesh.size, ends, colour, &brush);
         }
     }
     drawn
 }
 
-/// Draws the line between two points with a round brush of `width` pixels; returns the pixels drawn,
-/// each as often as the brush came over it.
+/// The rows of a disc, from the top: how far below the middle each is, its first and its last column.
+type Brush = Vec<(i64, (i64, i64))>;
+
+/// Draws the line between two points with `brush`; returns the pixels drawn, each as often as the brush
+/// came over it.
 fn stroke(
     pixels: &mut [Rgba],
     size: Size,
     (from, to): (Point, Point),
     colour: Rgba,
-    width: u32,
+    brush: &Brush,
 ) -> u32 {
     let row = size.width as usize;
     let mut drawn = 0;
-    if width <= 1 {
-        line(size, from, to, |x, y| {
-            pixels[y as usize * row + x as usize] = colour;
-            drawn += 1;
-        });
-        return drawn;
-    }
-    let brush = brush(i64::from(width));
     line(size, from, to, |x, y| {
-        for &(dy, (left, right)) in &brush {
+        for &(dy, (left, right)) in brush {
             let y = i64::from(y) + dy;
             let left = (i64::from(x) + left).max(0) as usize;
             let right = (i64::from(x) + right + 1).clamp(0, i64::from(size.width)) as usize;
@@ -104,9 +101,10 @@ fn stroke(
     drawn
 }
 
-/// The rows of a disc `width` pixels across, each with its first and last column. A disc of even width
-/// reaches one pixel further to the right and down.
-fn brush(width: i64) -> Vec<(i64, (i64, i64))> {
+/// A disc `width` pixels across, of one pixel at least. One of even width reaches one pixel further to
+/// the right and down.
+fn brush(width: u32) -> Brush {
+    let width = i64::from(width.max(1));
     let first = -((width - 1) / 2);
     // Twice the distance from the disc's middle.
     let off = |d: i64| 2 * (d - first) + 1 - width;
@@ -145,12 +143,12 @@ mod tests {
         for width in [1u32, 2, 3, 4, 7] {
             let mut pixels = vec![[0; 4]; size.pixels()];
             let ends = (Point::pixel_centre(0, 15), Point::pixel_centre(39, 15));
-            stroke(&mut pixels, size, ends, [255; 4], width);
+            stroke(&mut pixels, size, ends, [255; 4], &brush(width));
             let column = (0..30).filter(|y| pixels[y * 40 + 20] == [255; 4]).count();
             assert_eq!(column as u32, width);
             let mut pixels = vec![[0; 4]; size.pixels()];
             let ends = (Point::pixel_centre(20, 0), Point::pixel_centre(20, 29));
-            stroke(&mut pixels, size, ends, [255; 4], width);
+            stroke(&mut pixels, size, ends, [255; 4], &brush(width));
             let row = (0..40).filter(|x| pixels[15 * 40 + x] == [255; 4]).count();
             assert_eq!(row as u32, width);
         }
