@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{Decoded, Source, Starter};
 use crate::error::Result;
+use crate::frame::Frame;
 
 /// An input as a rehearsal, then the same once more in earnest.
 pub(super) struct Rehearsed {
@@ -47,6 +48,10 @@ impl Source for Rehearsed {
             self.round = start(&self.starter)?;
         }
         self.round.next()
+    }
+
+    fn reuse(&mut self, spent: Frame) {
+        self.round.reuse(spent);
     }
 
     fn rehearses(&self) -> bool {

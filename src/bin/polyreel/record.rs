@@ -1,6 +1,6 @@
 //! Files that are there when they are complete, or not at all: the one of `--report`, and others.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use polyreel::error::{Error, Result};
@@ -28,39 +28,50 @@ impl Record {
         if path.is_dir() {
             return Err(Error::output(path, "is a folder: name a file for the report"));
         }
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let file = beside(folder.unwrap_or(Path::new(".")))
-            .map_err(|error| Error::output(path, format!("cannot be written: {error}")))?;
-        Ok(Self { path: path.to_owned(), file })
+        Ok(Self { path: path.to_owned(), file: beside(path)? })
     }
 
     /// Writes `report` and puts it in its place.
-    pub(crate) fn write(mut self, report: &Report) -> Result<()> {
+    pub(crate) fn write(self, report: &Report) -> Result<()> {
         let mut json = serde_json::to_vec(report).expect("plain data becomes JSON");
         json.push(b'\n');
-        let written = self.file.write_all(&json).and_then(|()| self.file.flush());
-        written
-            .and_then(|()| self.file.persist(&self.path).map_err(|error| error.error))
-            .map(|_| ())
-            .map_err(|error| Error::output(&self.path, format!("cannot be written: {error}")))
+        complete(self.file, &self.path, &json, true)
     }
 }
 
 /// Writes `bytes` beside `path` and puts them there when all are written.
 pub(crate) fn put(path: &Path, bytes: &[u8], overwrite: bool) -> Result<()> {
     if path.exists() && !overwrite {
-        return Err(Error::output(path, "is there already; -y replaces it"));
+        return Err(there(path));
     }
-    let failed = |error: std::io::Error| Error::output(path, format!("cannot be written: {error}"));
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let mut file = beside(folder.unwrap_or(Path::new("."))).map_err(failed)?;
-    file.write_all(bytes).map_err(failed)?;
-    file.persist(path).map(|_| ()).map_err(|error| failed(error.error))
+    complete(beside(path)?, path, bytes, overwrite)
 }
 
-/// An unfinished file in `folder`.
-fn beside(folder: &Path) -> std::io::Result<NamedTempFile> {
-    builder().tempfile_in(folder)
+/// An unfinished file in the folder of `path`.
+fn beside(path: &Path) -> Result<NamedTempFile> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let file = builder().tempfile_in(folder.unwrap_or(Path::new(".")));
+    file.map_err(|error| unwritable(path, &error))
+}
+
+/// Fills the unfinished `file` with `bytes` and puts it in its place.
+fn complete(mut file: NamedTempFile, path: &Path, bytes: &[u8], overwrite: bool) -> Result<()> {
+    let written = file.write_all(bytes).and_then(|()| file.flush());
+    written.map_err(|error| unwritable(path, &error))?;
+    let placed = if overwrite { file.persist(path) } else { file.persist_noclobber(path) };
+    match placed {
+        Ok(_) => Ok(()),
+        Err(failure) if failure.error.kind() == ErrorKind::AlreadyExists => Err(there(path)),
+        Err(failure) => Err(unwritable(path, &failure.error)),
+    }
+}
+
+fn there(path: &Path) -> Error {
+    Error::output(path, "is there already; -y replaces it")
+}
+
+fn unwritable(path: &Path, error: &std::io::Error) -> Error {
+    Error::output(path, format!("cannot be written: {error}"))
 }
 
 /// Readable by whom new files are readable by, where temporary files are the owner's alone.

@@ -1,7 +1,8 @@
 //! What a key makes of the options.
 
 use polyreel::geom::Size;
-use polyreel::options::{Colour, Method, Options, Points, Quality};
+use polyreel::options::{Colour, Method, Options, Points};
+use polyreel::refine::RefineOptions;
 
 use super::keys::{Look, Way};
 
@@ -13,9 +14,6 @@ const COHERENCE: f64 = 0.1;
 
 /// Steps of refinement a frame that one may choose from.
 const REFINEMENT: [u32; 13] = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
-
-/// Steps of refinement a frame where the quality decides: most of what can be had on moving pictures.
-const USUAL: u32 = 2;
 
 /// `options` as `look` changes them for frames of `size`, and what to tell of it. `outline` is the
 /// colour that an outline gets.
@@ -48,7 +46,7 @@ pub(super) fn changed(
             format!("coherence {}", options.coherence)
         }
         Look::Refinement(way) => {
-            let steps = refined(steps(&options), way);
+            let steps = refined(RefineOptions::live_steps(&options), way);
             options.refine = Some(steps);
             // A target would say something else.
             options.error = None;
@@ -63,15 +61,6 @@ pub(super) fn changed(
         options.points = Points::default();
     }
     (options, told)
-}
-
-/// Steps of refinement that a frame of a stream gets.
-fn steps(options: &Options) -> u32 {
-    options.refine.unwrap_or(match options.quality {
-        Quality::Draft => 0,
-        Quality::Normal => USUAL,
-        Quality::Best => 2 * USUAL,
-    })
 }
 
 fn refined(steps: u32, way: Way) -> u32 {

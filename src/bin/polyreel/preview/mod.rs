@@ -13,7 +13,6 @@ mod name;
 mod pace;
 mod picture;
 mod playback;
-mod preset;
 mod recorder;
 mod scene;
 mod session;
@@ -72,7 +71,6 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
     let desk = Desk {
         deck: Arc::new(Deck::new(info.live)),
         recorder: Arc::new(Recorder::new(&info, recording, &stem)),
-        controls: controls.clone(),
         seekable: input.repeats() && !info.still,
     };
     let (deck, recorder) = (desk.deck.clone(), desk.recorder.clone());

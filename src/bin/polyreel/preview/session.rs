@@ -1,6 +1,7 @@
 //! The window's side of a preview: keys in, pictures out, until somebody closes it.
 
 use std::collections::VecDeque;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -10,6 +11,8 @@ use polyreel::options::Colour;
 use polyreel::pipeline::{Controls, Stop};
 use polyreel::sample::Sampler;
 use polyreel::sink::{self, Picture, SinkOptions};
+
+use crate::record;
 
 use super::canvas::{Area, Canvas};
 use super::change::changed;
@@ -42,7 +45,6 @@ const SHARE: f64 = 0.1;
 pub(super) struct Desk {
     pub(super) deck: Arc<Deck>,
     pub(super) recorder: Arc<Recorder>,
-    pub(super) controls: Controls,
     /// Whether it is a file that one can jump in.
     pub(super) seekable: bool,
 }
@@ -53,7 +55,7 @@ pub(super) struct Session {
     pub(super) mailbox: Arc<Mailbox>,
     /// `None` beside a render, of which nothing may be changed.
     pub(super) desk: Option<Desk>,
-    /// The options of the run, as far as they do not change.
+    /// The options of the run. Keys change them where there is a desk.
     pub(super) controls: Controls,
     pub(super) info: StreamInfo,
     /// What files are called after.
@@ -288,9 +290,9 @@ impl Session {
 
     fn change(&mut self, look: Look) -> Result<()> {
         let Some(desk) = &self.desk else { return Ok(()) };
-        let now = desk.controls.options();
+        let now = self.controls.options();
         let (options, told) = changed(&now, look, self.info.size, self.view.outline);
-        desk.controls.set(options)?;
+        self.controls.set(options)?;
         // Where no frame will come by itself, that on the screen is rendered once more.
         desk.deck.again(!desk.seekable && !self.info.live);
         self.view.note(told);
@@ -317,7 +319,8 @@ impl Session {
     /// Writes the options as they are now to a file of its own.
     fn write_preset(&self) -> Result<String> {
         let name = free(&format!("{}-preset", self.stem), "toml");
-        super::preset::write(&self.controls.options(), &name)?;
+        let toml = self.controls.options().to_toml()?;
+        record::put(Path::new(&name), toml.as_bytes(), false)?;
         Ok(format!("wrote {name}: use it with --preset {name}"))
     }
 }
