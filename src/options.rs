@@ -35,8 +35,8 @@ pub struct Options {
     pub points: Points,
     /// Decides all chance. Default 0.
     pub seed: u64,
-    /// How much of the mesh lives on from frame to frame, 0 (each frame alone) to 1 (the first frame's
-    /// mesh is locked). Default 0.4.
+    /// How firmly a frame holds to the one before, 0 (each frame alone) to 1 (least flicker, at the
+    /// price of likeness). Above 0 the mesh lives on from frame to frame. Default 0.4.
     pub coherence: f64,
     /// How much work goes into refinement. Default [`Quality::Normal`].
     pub quality: Quality,

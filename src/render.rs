@@ -116,6 +116,8 @@ pub struct Mesher {
     options: Options,
     sampler: Sampler,
     refiner: Refiner,
+    /// Whether a frame was refined already: then this is no still.
+    begun: bool,
 }
 
 impl Mesher {
@@ -126,6 +128,7 @@ impl Mesher {
             options: options.clone(),
             sampler: Sampler::new(options),
             refiner: Refiner::default(),
+            begun: false,
         }
     }
 
@@ -155,7 +158,14 @@ impl Mesher {
 
     /// Steps of refinement that the options ask for, of a fresh mesh or of one that lives on.
     pub fn asked(&self, fresh: bool) -> u32 {
-        RefineOptions::plan(&self.options, fresh).steps
+        self.plan(fresh).steps
+    }
+
+    fn plan(&self, fresh: bool) -> RefineOptions {
+        if self.begun && self.options.coherence == 0.0 {
+            return RefineOptions::alone(&self.options);
+        }
+        RefineOptions::plan(&self.options, fresh)
     }
 
     /// Level three: refines `mesh`, anew when it is `fresh`, else as the mesh of the frame before, at
@@ -170,7 +180,8 @@ impl Mesher {
         fresh: bool,
         detail: &Detail,
     ) -> Result<Refined> {
-        let plan = RefineOptions::plan(&self.options, fresh).at(detail);
+        let plan = self.plan(fresh).at(detail);
+        self.begun = true;
         Ok(match self.options.error {
             Some(target) if fresh => {
                 reach(target, &mut self.refiner, mesh, frame, &plan, &mut |_| ())?

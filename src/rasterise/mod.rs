@@ -74,9 +74,21 @@ impl Painter {
             self.memory.forget();
         }
         if self.coherence > 0.0 {
-            self.memory.steady(mesh, &mut fills, self.coherence);
+            self.memory.steady(mesh, frame, &mut fills, self.coherence, rows);
         }
-        paint(mesh, fills, &self.style)
+        let colours = self.style.changes_pixels().then(|| fills.clone());
+        let painting = paint(mesh, fills, &self.style);
+        if self.coherence > 0.0 {
+            match colours {
+                Some(fills) => {
+                    let mut pixels = vec![[0; 4]; mesh.size.pixels()];
+                    fill(mesh, &fills, &mut pixels);
+                    self.memory.remember(frame, &pixels);
+                }
+                None => self.memory.remember(frame, painting.frame.pixels()),
+            }
+        }
+        painting
     }
 }
 

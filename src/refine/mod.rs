@@ -15,6 +15,7 @@
 
 mod colouring;
 mod descend;
+mod echo;
 mod flip;
 mod force;
 mod patch;
@@ -32,6 +33,7 @@ mod tests;
 use crate::frame::{Fill, Frame};
 use crate::mesh::Mesh;
 use descend::Descent;
+use echo::Echo;
 use flip::flip;
 use replace::{Worth, replace, turns};
 use rest::Rest;
@@ -54,6 +56,9 @@ pub struct RefineOptions {
     /// Whether to look closely: more points along an edge, more vertices and places to choose from where
     /// some are re-placed. 3 % less error, for a fifth more time.
     pub closely: bool,
+    /// How much it counts, on a mesh that comes from the frame before, that the picture should change as
+    /// its source does, 0 (not at all) to below 1: see [`Refiner::resume`].
+    pub echo: f64,
 }
 
 /// The default of [`RefineOptions::regularity`]: about 0.3 % of the triangles have an angle below 5
@@ -63,7 +68,14 @@ pub const REGULARITY: f64 = 0.5;
 impl RefineOptions {
     /// No refinement at all.
     pub const fn draft() -> Self {
-        Self { steps: 0, regularity: REGULARITY, replace: 0.0, threshold: 0.01, closely: false }
+        Self {
+            steps: 0,
+            regularity: REGULARITY,
+            replace: 0.0,
+            threshold: 0.01,
+            closely: false,
+            echo: 0.0,
+        }
     }
 
     /// Most of the gain for a third of the time of [`RefineOptions::best`].
@@ -78,7 +90,7 @@ impl RefineOptions {
 
     /// A frame of a video whose mesh comes from the frame before.
     pub const fn live() -> Self {
-        Self { steps: 2, replace: 0.02, threshold: 0.03, ..Self::draft() }
+        Self { steps: 2, replace: 0.04, threshold: 0.02, ..Self::draft() }
     }
 }
 
@@ -90,7 +102,7 @@ pub struct Refined {
     /// Squared error before: the sum over pixels and channels of (picture - mesh)^2, 0..255 each,
     /// colours premultiplied by alpha, and alpha itself where the frame is not opaque.
     pub error_before: f64,
-    /// The same afterwards; never more.
+    /// The same afterwards; never more. With [`RefineOptions::echo`] both are against what was asked for.
     pub error_after: f64,
     /// Moves of vertices, summed over the steps.
     pub moved: usize,
@@ -99,8 +111,9 @@ pub struct Refined {
     /// The vertices that were taken from one place and put in at another, ascending.
     pub replaced: Vec<u32>,
     /// The mean colour and the area of each triangle, in the mesh's order, as
-    /// [`crate::rasterise::means`] finds them, save the colours of those without a pixel. Empty where
-    /// they are not known: of frames that are not opaque, and where no step was asked for.
+    /// [`crate::rasterise::means`] finds them, save the colours of those without a pixel; with
+    /// [`RefineOptions::echo`] nearly so, a share of what they were off in the frame before. Empty
+    /// where they are not known: of frames that are not opaque, and where no step was asked for.
     pub fills: Vec<Fill>,
     /// The likeness that was measured last, where [`crate::options::Options::error`] asked for one.
     pub likeness: Option<f64>,
@@ -117,6 +130,7 @@ pub struct Refiner {
     descent: Descent,
     worth: Worth,
     rest: Rest,
+    echo: Echo,
     edges: Vec<Vec<u32>>,
 }
 
@@ -151,9 +165,11 @@ impl Refiner {
         options: &RefineOptions,
         watch: Option<Watch<'_>>,
     ) -> Refined {
+        self.echo.forget();
         if mesh.size != frame.size() || options.steps == 0 {
             return Refined::default();
         }
+        self.echo.hear(frame, options.echo);
         rayon::scope(|_| {
             self.rows.load(frame);
             self.surface.link(mesh);
@@ -169,6 +185,10 @@ impl Refiner {
     /// step; those around which the picture has not changed for some frames stay, so that a picture
     /// that stands still settles for good, and noise does not move the mesh.
     ///
+    /// With [`RefineOptions::echo`] above 0 what is lowered is the squared error plus squared flicker,
+    /// |change of the mesh's picture - change of the source|^2, echo / (1 - echo) times: where the source
+    /// stands still a change must gain more, and where it moves edges follow it rather than jump.
+    ///
     /// A mesh with other numbers of vertices or triangles is refined as by [`Refiner::refine`].
     pub fn resume(&mut self, mesh: &mut Mesh, frame: &Frame, options: &RefineOptions) -> Refined {
         let same = mesh.size == self.surface.size
@@ -178,10 +198,15 @@ impl Refiner {
             return self.refine(mesh, frame, options);
         }
         rayon::scope(|_| {
+            let wanted = self.echo.answer(&self.surface, frame, options.echo);
+            self.echo.hear(frame, options.echo);
+            let frame = wanted.as_ref().unwrap_or(frame);
             self.rows.load(frame);
             let carried = self.surface.relink(mesh);
             self.surface.measure(&self.rows);
-            self.run(mesh, frame, options, carried, None)
+            let refined = self.run(mesh, frame, options, carried, None);
+            self.echo.keep(wanted);
+            refined
         })
     }
 
@@ -194,7 +219,7 @@ impl Refiner {
         carried: bool,
         mut watch: Option<Watch<'_>>,
     ) -> Refined {
-        let Self { rows, surface, descent, worth, rest, edges } = self;
+        let Self { rows, surface, descent, worth, rest, edges, echo: _ } = self;
         let field = Field::new(rows, frame, surface.triangles(), options);
         if carried {
             rest.wake(surface, field);

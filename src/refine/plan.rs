@@ -7,13 +7,24 @@ use crate::options::{Detail, Options, Quality};
 /// frames after it start from its mesh.
 const SHOT_STEPS: u32 = 6;
 
+/// [`RefineOptions::echo`] at coherence 1. With more no clip flickers less, and likeness goes on falling.
+const MOST_ECHO: f64 = 0.7;
+
 impl RefineOptions {
     /// The plan for a frame: a `fresh` mesh, of a still or the first frame of a shot, takes many steps;
-    /// one that comes from the frame before a few, fewer changes and only such as are clearly worth it,
-    /// the more so the nearer `coherence` is to 1.
+    /// one that comes from the frame before a few, fewer changes and only such as are clearly worth it, and
+    /// it counts that the picture should not flicker, the more so the nearer `coherence` is to 1.
     pub fn plan(options: &Options, fresh: bool) -> Self {
         let plan = if fresh { Self::fresh(options) } else { Self::next(options) };
-        Self { regularity: options.regularity, ..plan }
+        Self { regularity: options.regularity, echo: MOST_ECHO * options.coherence, ..plan }
+    }
+
+    /// The plan for a frame that has nothing to do with the one before it, of a video whose frames are
+    /// all alone: as many steps as those of one whose mesh lives on. So what a video takes does not depend
+    /// on coherence, and flicker only falls with it.
+    pub fn alone(options: &Options) -> Self {
+        let plan = Self::plan(options, true);
+        Self { steps: plan.steps.min(Self::live_steps(options)), ..plan }
     }
 
     /// The same plan at the cost of `detail`, which may name another number of steps; where there were
@@ -50,17 +61,6 @@ impl RefineOptions {
     }
 
     fn next(options: &Options) -> Self {
-        if options.coherence >= 1.0 {
-            return Self::draft();
-        }
-        // The defaults of a live frame are for the middle; the threshold grows without bound towards 1.
-        let weight = options.coherence / (1.0 - options.coherence);
-        let live = Self::live();
-        Self {
-            steps: Self::live_steps(options),
-            threshold: live.threshold * weight,
-            replace: live.replace / weight.max(0.1),
-            ..live
-        }
+        Self { steps: Self::live_steps(options), ..Self::live() }
     }
 }

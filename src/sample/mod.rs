@@ -118,9 +118,7 @@ impl Sampler {
         self.before.extend(living.iter().flat_map(|mesh| mesh.seeds()));
         match (&features.change, living) {
             (Change::Goes(motion), Some(mut mesh)) if mesh.size == size => {
-                if self.options.coherence < 1.0 {
-                    carry(&mut mesh, motion);
-                }
+                carry(&mut mesh, motion);
                 if before == self.seeds {
                     return Start::Mesh(mesh);
                 }

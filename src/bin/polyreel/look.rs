@@ -33,7 +33,7 @@ pub(crate) struct LookArgs {
         "Decides all chance: the same seed gives the same bytes", Options::default().seed))]
     seed: Option<u64>,
     #[arg(long, value_name = "C", help = told(
-        "How much of the mesh lives on from frame to frame, 0 (each frame alone) to 1 (locked)",
+        "How firmly a frame holds to the one before, 0 (each frame alone) to 1 (least flicker)",
         Options::default().coherence))]
     coherence: Option<f64>,
     #[arg(long, value_name = "NAME", value_parser = one_of(Quality::ALL, Quality::name), help = told(

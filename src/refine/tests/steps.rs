@@ -65,7 +65,7 @@ proptest! {
         let frame = picture(size, seed, noise, opaque);
         let mut mesh = mesh_of(size, &places, snap);
         let before = mesh.clone();
-        let options = RefineOptions { steps: 1, regularity, replace, threshold, closely: opaque };
+        let options = RefineOptions { steps: 1, regularity, replace, threshold, closely: opaque, echo: 0.0 };
         let mut refiner = Refiner::default();
         let mut error = f64::INFINITY;
         // What rounding makes of sums as large as that.
@@ -114,7 +114,7 @@ proptest! {
     ) {
         let frame = picture(Size::new(width, height), seed, noise, opaque);
         let mut mesh = mesh_of(frame.size(), &places, 1);
-        let options = RefineOptions { steps: 20, regularity, replace, threshold, closely: opaque };
+        let options = RefineOptions { steps: 20, regularity, replace, threshold, closely: opaque, echo: 0.0 };
         let mut seen = Vec::new();
         let mut watch = |mesh: &Mesh, error: f64| {
             seen.push((mesh.check(), error, error_of(mesh, &frame)));

@@ -94,3 +94,39 @@ fn a_change_wakes_its_surroundings() {
         assert!(a.x > 80 * SUBPIXEL && a.y > 50 * SUBPIXEL, "{a:?} went to {b:?}");
     }
 }
+
+/// What is lowered with an echo: squared error and squared flicker together.
+#[test]
+fn an_echo_lowers_flicker() {
+    let size = Size::new(160, 120);
+    let frames: Vec<Frame> = (0..12).map(|t| picture(size, 4 + t % 2, 40, true)).collect();
+    let changes = |echo: f64| {
+        let mut mesh = scattered(size, 200);
+        let mut refiner = Refiner::default();
+        refiner.refine(&mut mesh, &frames[0], &RefineOptions { echo, ..RefineOptions::normal() });
+        let live = RefineOptions { echo, ..RefineOptions::live() };
+        let mut flicker = 0.0;
+        let mut last: Option<(Frame, &Frame)> = None;
+        for frame in &frames {
+            refiner.resume(&mut mesh, frame, &live);
+            assert_eq!(mesh.check(), Ok(()));
+            let painted = crate::rasterise::rasterise(&mesh, frame, None).frame;
+            if let Some((before, source)) = &last {
+                let all = painted.pixels().iter().zip(before.pixels());
+                let all = all.zip(frame.pixels().iter().zip(source.pixels())).flat_map(
+                    |((o, p), (i, j))| {
+                        (0..3).map(|c| {
+                            let [o, p, i, j] = [o[c], p[c], i[c], j[c]].map(f64::from);
+                            ((o - p) - (i - j)).powi(2)
+                        })
+                    },
+                );
+                flicker += all.sum::<f64>();
+            }
+            last = Some((painted, frame));
+        }
+        flicker
+    };
+    let (without, with) = (changes(0.0), changes(0.5));
+    assert!(with < without, "{with} with an echo, {without} without");
+}

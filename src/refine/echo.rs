@@ -1,0 +1,104 @@
+//! What the next frame would look like if nothing flickered, mixed into what it does look like.
+
+use rayon::prelude::*;
+
+use super::surface::Surface;
+use crate::frame::{Frame, Rgba};
+use crate::geom::Point;
+use crate::scan;
+use crate::vector::widest;
+
+/// Rows that are mixed as one piece of work.
+const BAND: u32 = 32;
+
+/// One in the fixed-point numbers of the mixture.
+const ONE: f64 = 128.0;
+
+/// The last frame, while the surface still has its triangles.
+///
+/// With O the output, I the source and T = O' + I - I' the picture whose change since the frame before
+/// (O', I') is the source's, |O - I|^2 + l |O - T|^2 is, up to a constant, (1 + l) |O - B|^2 with
+/// B = I + m (O' - I'), m = l / (1 + l): to lower error and squared flicker at once is to approach B.
+#[derive(Debug, Default)]
+pub(super) struct Echo {
+    source: Vec<Rgba>,
+    spare: Vec<Rgba>,
+}
+
+impl Echo {
+    /// Forgets the last frame.
+    pub(super) fn forget(&mut self) {
+        self.source.clear();
+    }
+
+    /// Takes up `frame` for the next one; nothing where `share` is 0 or the frame is not opaque.
+    pub(super) fn hear(&mut self, frame: &Frame, share: f64) {
+        self.source.clear();
+        if share > 0.0 && frame.is_opaque() {
+            self.source.extend_from_slice(frame.pixels());
+        }
+    }
+
+    /// `frame` with a `share` (0 to below 1) of what the triangles of `surface`, which are still those
+    /// of the last frame, missed of it. `None` where there is no last frame like this one.
+    pub(super) fn answer(&mut self, surface: &Surface, frame: &Frame, share: f64) -> Option<Frame> {
+        let share = (share * ONE).round() as i16;
+        let size = frame.size();
+        if share <= 0 || !frame.is_opaque() || self.source.len() != size.pixels() {
+            return None;
+        }
+        let width = size.width as usize;
+        let mut pixels = std::mem::take(&mut self.spare);
+        pixels.resize(size.pixels(), [0; 4]);
+        let bands = bands(surface);
+        let parts = pixels.par_chunks_mut(width * BAND as usize).zip(bands).enumerate();
+        parts.for_each(|(band, (pixels, triangles))| {
+            let first = band as u32 * BAND;
+            for (corners, colour) in triangles {
+                scan::spans(corners, first..first + BAND, |y, columns| {
+                    let row = (y - first) as usize * width;
+                    pixels[row + columns.start..row + columns.end].fill(colour);
+                });
+            }
+            let here = first as usize * width..first as usize * width + pixels.len();
+            let (now, then) = (&frame.pixels()[here.clone()], &self.source[here]);
+            let bytes = pixels.as_flattened_mut();
+            widest(
+                #[inline(always)]
+                || mix(bytes, now.as_flattened(), then.as_flattened(), share),
+            );
+        });
+        Frame::new(size, pixels).ok()
+    }
+
+    /// Takes a frame of [`Echo::answer`] back, to use its memory again.
+    pub(super) fn keep(&mut self, answered: Option<Frame>) {
+        self.spare = answered.map(Frame::into_pixels).unwrap_or_default();
+    }
+}
+
+/// Every `out`, what was painted, becomes `now` plus a `share`, in 1/128, of what it was off `then`.
+#[inline(always)]
+fn mix(out: &mut [u8], now: &[u8], then: &[u8], share: i16) {
+    for ((out, &now), &then) in out.iter_mut().zip(now).zip(then) {
+        let part = ((i16::from(*out) - i16::from(then)) * share + ONE as i16 / 2) >> 7;
+        *out = (i16::from(now) + part).clamp(0, 255) as u8;
+    }
+}
+
+/// For each band of rows the triangles that reach into it, in their colours.
+fn bands(surface: &Surface) -> Vec<Vec<([Point; 3], Rgba)>> {
+    let mut bands = vec![Vec::new(); surface.size.height.div_ceil(BAND) as usize];
+    for t in 0..surface.triangles() as u32 {
+        let corners = surface.corners(t);
+        let rows = scan::rows(corners);
+        if rows.is_empty() {
+            continue;
+        }
+        let [r, g, b, _] = surface.mean[t as usize].colour.map(|c| c.round() as u8);
+        for band in rows.start / BAND..=(rows.end - 1) / BAND {
+            bands[band as usize].push((corners, [r, g, b, 255]));
+        }
+    }
+    bands
+}
