@@ -40,6 +40,9 @@ impl Style {
             return;
         }
         for Fill { colour, .. } in fills {
+            if colour[3] == 0 {
+                continue;
+            }
             let grey = f64::from(luma(*colour));
             for channel in &mut colour[..3] {
                 let vivid = grey + self.saturation * (f64::from(*channel) - grey);

@@ -234,9 +234,9 @@ impl Refiner {
         // Both are sums of rounded numbers: a mesh that stayed as it was has not got worse.
         refined.error_after = surface.error(rows).min(refined.error_before);
         rest.settle(surface, begin);
-        let stored = surface.store(mesh);
+        surface.store(mesh);
         if frame.is_opaque() {
-            refined.fills = stored.into_iter().map(|t| surface.total(rows, t).fill()).collect();
+            refined.fills = surface.stored().map(|t| surface.total(rows, t).fill()).collect();
         }
         refined
     }

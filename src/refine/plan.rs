@@ -5,7 +5,7 @@ use crate::options::{Detail, Options, Quality};
 
 /// The least number of steps that the first frame of a shot gets, where any are done at all: the
 /// frames after it start from its mesh.
-const SHOT_STEPS: u32 = 6;
+const SHOT_STEPS: u32 = 4;
 
 impl RefineOptions {
     /// The plan for a frame: a `fresh` mesh, of a still or the first frame of a shot, takes many steps;

@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::geom::orient;
 use crate::mesh::Place;
 use crate::rasterise::{self, rasterise};
 use crate::refine::surface::{Cost, Mean, NONE, next};
@@ -21,10 +22,10 @@ fn audit(surface: &Surface, rows: &RowSums) {
         let [a, b, c] = surface.corners(t);
         let h = 3 * t as usize;
         let sums = surface.sums[h] + surface.sums[h + 1] + surface.sums[h + 2];
-        let (kept, anew) = (surface.cost[t as usize], Cost::of(rows, &sums, a, b, c));
+        let (kept, anew) = (surface.cost[t as usize], Cost::of(rows, &sums, [a, b, c]));
         assert!((kept.error - anew.error).abs() <= 1e-9 * anew.error.abs(), "{kept:?} {anew:?}");
         assert!((kept.shape - anew.shape).abs() <= 1e-9 * anew.shape.abs(), "{kept:?} {anew:?}");
-        let mean = Mean::of(&rows.total(&sums, a, b, c));
+        let mean = Mean::of(&rows.total(&sums, orient(a, b, c), [a, b, c]));
         assert_eq!(surface.mean[t as usize], mean, "the mean of triangle {t} was not brought up");
     }
     for v in 0..surface.at.len() as u32 {
