@@ -57,6 +57,7 @@ const MASKS: [[u32; LANES]; LANES + 1] = {
     masks
 };
 
+#[expect(clippy::needless_range_loop, reason = "indices become vector code, iterators less so")]
 impl LaneSums {
     /// Whether [`LaneSums::take`] has to come first: `rows` more pixels of a row may be too many.
     #[inline(always)]
@@ -72,10 +73,9 @@ impl LaneSums {
             count,
             #[inline(always)]
             |pixels| {
-                let sums = self.red_blue.iter_mut().zip(&mut self.green);
-                for ((red_blue, green), pixel) in sums.zip(pixels) {
-                    *red_blue += pixel & 0x00ff_00ff;
-                    *green += pixel >> 8 & 0xff;
+                for lane in 0..LANES {
+                    self.red_blue[lane] += pixels[lane] & 0x00ff_00ff;
+                    self.green[lane] += pixels[lane] >> 8 & 0xff;
                 }
                 self.added += 1;
             },
