@@ -107,7 +107,9 @@ fn paint(mesh: &Mesh, mut fills: Vec<Fill>, style: &Style, mut pixels: Vec<Rgba>
     style.grade(&mut fills);
     fill(mesh, &fills, &mut pixels);
     fills.extend(style.draw(&mut pixels, mesh, &colours));
-    let frame = Frame::new(mesh.size, pixels).expect("as many pixels as the mesh covers");
+    let opaque = fills.iter().all(|fill| fill.colour[3] == 255);
+    let new = if opaque { Frame::opaque } else { Frame::new };
+    let frame = new(mesh.size, pixels).expect("as many pixels as the mesh covers");
     Painting { frame, fills }
 }
 
