@@ -236,7 +236,7 @@ impl Refiner {
         rest.settle(surface, begin);
         surface.store(mesh);
         if frame.is_opaque() {
-            refined.fills = surface.stored().map(|t| surface.total(rows, t).fill()).collect();
+            refined.fills = surface.stored_fills(rows);
         }
         refined
     }

@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use super::rows::RowSums;
 use super::shape::flatness;
 use super::sums::{Sums, Total};
+use crate::frame::Fill;
 use crate::geom::{Point, SUBPIXEL, Size, orient};
 use crate::mesh::{CORNERS, Mesh, Place};
 
@@ -394,8 +395,9 @@ impl Surface {
         self.stored.clone_from(&mesh.triangles);
     }
 
-    /// The triangles' numbers in the order in which they were last stored.
-    pub(super) fn stored(&self) -> impl Iterator<Item = u32> {
-        self.numbered.iter().map(|&(_, number)| number)
+    /// The mean colours and areas of the triangles in the order in which they were last stored.
+    pub(super) fn stored_fills(&self, rows: &RowSums) -> Vec<Fill> {
+        let stored = self.numbered.par_iter().with_min_len(512);
+        stored.map(|&(_, number)| self.total(rows, number).fill()).collect()
     }
 }
