@@ -40,8 +40,9 @@ const LONG_PATIENCE: u32 = 24;
 const SEED_PATIENCE: u32 = 48;
 
 /// Frames in which not even an eighth of a step, or not the painting, must have fitted before seeds are
-/// given up.
-const STARVED: u32 = 8;
+/// given up; those in which it hardly does by the mean of the last times count [`BADLY`]-fold.
+const STARVED: u32 = 24;
+const BADLY: u32 = 3;
 
 /// Frames without any refinement after which an eighth of a step is tried: if in vain, one frame in a
 /// hundred takes too long.
@@ -350,14 +351,17 @@ impl Governor {
         let (budget, before, last) = (self.budget, self.seeds, SEEDS.len() - 1);
         let growth = |seeds: usize| f64::from(SEEDS[seeds]) / f64::from(SEEDS[before]);
         // All of it is taken to grow with the seeds, which is more than it does.
-        let paint = self.paint.pace.careful() * ROWS[self.paint.rung].1;
+        let [paint, paint_mean] = [self.paint.pace.careful(), self.paint.pace.mean()]
+            .map(|time| time * ROWS[self.paint.rung].1);
         let paint_fits = |seeds: &usize| paint * growth(*seeds) <= LOW * budget;
         let busy = self.mesh.eighths != Some(0);
-        let step = if busy { self.mesh.pace.mean() } else { 0.0 };
-        let mesh = |seeds: usize, eighths: u32| step * work(SEEDS[seeds], eighths);
+        let pace = if busy { self.mesh.pace } else { Pace::default() };
+        let mesh = |seeds: usize, eighths: u32| pace.careful() * work(SEEDS[seeds], eighths);
         let expected = mesh(before, least);
         let (mesh_starves, paint_starves) = (expected > HIGH * budget, paint > HIGH * budget);
-        self.starved = if mesh_starves || paint_starves { self.starved + 1 } else { 0 };
+        let badly = (pace.mean() * work(SEEDS[before], least)).max(paint_mean) > HIGH * budget;
+        let more_starved = self.starved + if badly { BADLY } else { 1 };
+        self.starved = if mesh_starves || paint_starves { more_starved } else { 0 };
         let more = (0..before).find(|s| paint_fits(s) && mesh(*s, 2 * least) <= LOW * budget);
         self.rich = if more.is_some() { self.rich + 1 } else { 0 };
         let mut seeds = if self.rich >= SEED_PATIENCE { more.unwrap_or(before) } else { before };

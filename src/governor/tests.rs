@@ -151,7 +151,7 @@ fn alternating_load_does_not_pump() {
         let late = trial.changes.iter().filter(|(frame, _)| *frame >= 200).count();
         // Slow waves may be followed, in a few small steps each.
         let waves = 400 / (2 * period) as usize;
-        assert!(late <= (4 * waves + 2).min(60), "period {period}: {late} {:?}", trial.changes);
+        assert!(late <= (4 * waves + 4).min(60), "period {period}: {late} {:?}", trial.changes);
         let missed = seen[200..].iter().filter(|s| s.missed).count();
         assert!(missed <= 8 + waves / 2, "period {period}: {missed} missed");
         let steps = || seen[200..].iter().map(|s| s.steps);
@@ -211,7 +211,7 @@ fn some_refinement_fits_where_a_whole_step_does_not() {
         assert!(during[99].steps >= 1 && during[99].steps < before);
         let after = trial.run(100, |_| 1.0);
         let back = after.iter().position(|s| s.seeds == 100 && s.steps + 1 >= before);
-        assert!(back.is_some_and(|frames| frames <= 60), "{noise} {back:?}: {:?}", trial.changes);
+        assert!(back.is_some_and(|frames| frames <= 100), "{noise} {back:?}: {:?}", trial.changes);
     }
 }
 

@@ -94,7 +94,7 @@ impl RefineOptions {
     }
 
     /// Steps, one in part among them.
-    fn passes(&self) -> u32 {
+    pub(crate) fn passes(&self) -> u32 {
         self.steps + u32::from(self.part > 0)
     }
 }
@@ -177,11 +177,25 @@ impl Refiner {
             self.rows.load(frame);
             self.surface.link(mesh);
             self.surface.measure(&self.rows);
-            self.descent.reset(self.surface.at.len());
-            self.worth.start_anew();
-            self.stripe = 0;
+            self.begin();
             self.run(mesh, frame, options, false, watch)
         })
+    }
+
+    /// Takes up a new `mesh` that is not to be refined before the next frame, for which
+    /// [`Refiner::resume`] then has less to do.
+    pub fn prepare(&mut self, mesh: &Mesh) {
+        self.surface.link(mesh);
+        self.surface.stored.clone_from(&mesh.triangles);
+        self.rest.reset(&self.surface);
+        self.begin();
+    }
+
+    /// Nothing is known of the mesh yet.
+    fn begin(&mut self) {
+        self.descent.reset(self.surface.at.len());
+        self.worth.start_anew();
+        self.stripe = 0;
     }
 
     /// Refines `mesh` as it came out of the frame before, its vertices perhaps carried along with the

@@ -129,7 +129,7 @@ pub(super) struct Surface {
     /// Counts passes over the mesh.
     pub(super) clock: u32,
     /// The triangles as they were last stored.
-    stored: Vec<[u32; 3]>,
+    pub(super) stored: Vec<[u32; 3]>,
     /// Vertices that a step looks at.
     pub(super) awake: Vec<bool>,
 }
@@ -266,7 +266,7 @@ impl Surface {
 
     /// Number of triangles.
     pub(super) fn triangles(&self) -> usize {
-        self.cost.len()
+        self.origin.len() / 3
     }
 
     /// The squared error of the whole mesh.

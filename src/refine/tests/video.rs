@@ -65,6 +65,29 @@ fn parts_of_a_step_get_as_far_as_steps() {
     }
 }
 
+/// A mesh for which there was no time yet is taken up as one that has just come.
+#[test]
+fn a_prepared_mesh_is_refined_as_a_new_one() {
+    let frame = picture(Size::new(120, 90), 2, 40, true);
+    let mut refiner = Refiner::default();
+    refine_in(&mut refiner, &frame, 200);
+    let mut prepared = scattered(frame.size(), 300);
+    let mut anew = prepared.clone();
+    refiner.prepare(&prepared);
+    let live = RefineOptions::live();
+    let first = refiner.resume(&mut prepared, &frame, &live);
+    let alone = refine(&mut anew, &frame, &live);
+    assert_eq!(prepared.check(), Ok(()));
+    assert!(
+        first.moved > 100 && first.error_after < 1.02 * alone.error_after,
+        "{first:?} {alone:?}"
+    );
+}
+
+fn refine_in(refiner: &mut Refiner, frame: &Frame, count: u32) {
+    refiner.refine(&mut scattered(frame.size(), count), frame, &RefineOptions::normal());
+}
+
 #[test]
 fn any_number_of_threads_gives_the_same_mesh_after_parts_of_steps() {
     let run = |threads| {

@@ -181,7 +181,7 @@ fn live_sources_keep_the_newest_and_count_the_others() {
 fn a_jump_forgets_what_was_read_ahead() {
     let deck = Deck::new(false);
     assert!(deck.feed(decoded(0), true, Duration::ZERO));
-    deck.seek(Rational::new(3, 1));
+    deck.seek(decoded(0).span, 3.0, None);
     assert!(!deck.feed(decoded(1), false, Duration::ZERO), "read before the jump");
     assert_eq!(deck.sought(), Some(Rational::new(3, 1)));
     assert!(deck.feed(decoded(72), true, Duration::ZERO));
