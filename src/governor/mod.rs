@@ -44,9 +44,9 @@ const SEED_PATIENCE: u32 = 48;
 const STARVED: u32 = 24;
 const BADLY: u32 = 3;
 
-/// Frames without any refinement after which an eighth of a step is tried: if in vain, one frame in a
-/// hundred takes too long.
-const RETRY: u32 = 96;
+/// Frames without any refinement after which an eighth of a step is tried: if in vain, one frame of so
+/// many takes too long.
+const RETRY: u32 = 64;
 
 /// The most refinement steps of a frame whose mesh lives on, where the user names no number: in a few
 /// frames as many as a still gets, and twelve a frame gain nothing that can be seen.
@@ -72,7 +72,7 @@ const FRESH_STEP: f64 = 1.5;
 const SETUP: f64 = 0.75;
 
 /// The eighths of a step that the first frames get, when nothing is known yet.
-const FIRST: u32 = 4;
+const FIRST: u32 = EIGHTHS;
 
 /// A change of detail, and why.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]

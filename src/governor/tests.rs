@@ -106,7 +106,7 @@ fn constant_load_settles() {
         let last = seen[899];
         let others = seen[600..].iter().filter(|s| **s != last).count();
         // But for tries whether some refinement fits by now, where none did.
-        let most = if last.steps == 0 { 4 } else { 0 };
+        let most = if last.steps == 0 { 5 } else { 0 };
         assert!(others <= most, "{budget} ms: {:?}", trial.changes);
     }
 }
@@ -224,7 +224,7 @@ fn refinement_comes_back_after_a_pause() {
     assert_eq!(during[200].steps, 0, "{:?}", trial.changes);
     // Frames that are missed whatever their detail is.
     let tries = during[100..].iter().filter(|s| s.steps > 0).count();
-    assert!(tries <= 3, "{tries} tries in 200 frames: {:?}", trial.changes);
+    assert!(tries <= 4, "{tries} tries in 200 frames: {:?}", trial.changes);
     let after = trial.run(400, |_| 1.0);
     let back = after.iter().position(|s| s.seeds == 100 && s.steps + 1 >= before.steps);
     assert!(back.is_some_and(|frames| frames <= 240), "{back:?}: {:?}", trial.changes);

@@ -187,6 +187,8 @@ impl Refiner {
     pub fn prepare(&mut self, mesh: &Mesh) {
         self.surface.link(mesh);
         self.surface.stored.clone_from(&mesh.triangles);
+        // All triangles count as changed in the next frame.
+        self.surface.clock = 0;
         self.rest.reset(&self.surface);
         self.begin();
     }

@@ -74,14 +74,11 @@ fn a_prepared_mesh_is_refined_as_a_new_one() {
     let mut prepared = scattered(frame.size(), 300);
     let mut anew = prepared.clone();
     refiner.prepare(&prepared);
-    let live = RefineOptions::live();
+    let live = RefineOptions { steps: 1, ..RefineOptions::live() };
     let first = refiner.resume(&mut prepared, &frame, &live);
-    let alone = refine(&mut anew, &frame, &live);
-    assert_eq!(prepared.check(), Ok(()));
-    assert!(
-        first.moved > 100 && first.error_after < 1.02 * alone.error_after,
-        "{first:?} {alone:?}"
-    );
+    assert!(first.moved > 100, "nothing to tell");
+    assert_eq!(first, refine(&mut anew, &frame, &live));
+    assert_eq!(prepared, anew);
 }
 
 fn refine_in(refiner: &mut Refiner, frame: &Frame, count: u32) {
