@@ -44,9 +44,9 @@ const SEED_PATIENCE: u32 = 48;
 const STARVED: u32 = 24;
 const BADLY: u32 = 3;
 
-/// Frames without any refinement after which an eighth of a step is tried: if in vain, one frame of so
-/// many takes too long.
-const RETRY: u32 = 64;
+/// Frames without any refinement after which an eighth of a step is tried: if in vain, two frames of so
+/// many take too long.
+const RETRY: u32 = 96;
 
 /// The most refinement steps of a frame whose mesh lives on, where the user names no number: in a few
 /// frames as many as a still gets, and twelve a frame gain nothing that can be seen.
@@ -130,6 +130,9 @@ struct MeshThread {
     patience: u32,
     /// Frames without any refinement.
     idle: u32,
+    /// The next frame is the first after those: with all vertices awake, and the other threads ahead,
+    /// it takes longer than those after it, and tells nothing of them.
+    waking: bool,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -254,7 +257,7 @@ impl Governor {
         let (seeds, mesh, seconds) = (SEEDS[self.seeds], &mut self.mesh, time.as_secs_f64());
         if !fresh {
             // Without any steps there is nothing to prepare for them either: that tells nothing of them.
-            if steps > Steps::default() {
+            if steps > Steps::default() && !std::mem::take(&mut mesh.waking) {
                 mesh.pace.learn(seconds / work(seeds, steps.eighths()));
             }
             return;
@@ -312,9 +315,9 @@ impl Governor {
         if before == 0 {
             mesh.idle += 1;
             if mesh.idle >= RETRY {
-                // What it took then says nothing of now; this frame tells.
-                mesh.pace = Pace::default();
-                (eighths, self.starved) = (1, STARVED - 1);
+                // What it took then says nothing of now; the frame after this one tells.
+                (mesh.pace, mesh.waking) = (Pace::default(), true);
+                (eighths, self.starved) = (1, STARVED - BADLY);
             }
         } else if expected > HIGH * budget {
             (eighths, mesh.patience) = ((1..before).rev().find(fits).unwrap_or(1), 0);
@@ -348,6 +351,9 @@ impl Governor {
     /// Fewer seeds where for long not even the `least` refinement fits, or painting does not; more where
     /// there is room for long, or where even the fewest did not help.
     fn choose_seeds(&mut self, least: u32) {
+        if self.mesh.eighths.is_some_and(|n| n > 0) && !self.mesh.pace.is_known() {
+            return;
+        }
         let (budget, before, last) = (self.budget, self.seeds, SEEDS.len() - 1);
         let growth = |seeds: usize| f64::from(SEEDS[seeds]) / f64::from(SEEDS[before]);
         // All of it is taken to grow with the seeds, which is more than it does.
@@ -367,12 +373,13 @@ impl Governor {
         let mut seeds = if self.rich >= SEED_PATIENCE { more.unwrap_or(before) } else { before };
         if self.starved >= STARVED {
             let fewer = (before + 1..=last).find(|&s| mesh(s, least) <= LOW * budget);
-            if mesh_starves && fewer.is_none() {
+            // Expectations are high after a few long frames: all seeds are tried before nothing is.
+            if mesh_starves && fewer.is_none() && before == last {
                 self.rest(expected);
                 // Without any steps many seeds are better than few.
                 seeds = (0..=before).find(paint_fits).unwrap_or(before);
             } else if mesh_starves {
-                seeds = fewer.unwrap_or(before);
+                seeds = fewer.unwrap_or(last);
             }
             if paint_starves {
                 seeds = seeds.max((before + 1).min(last));
