@@ -170,7 +170,13 @@ impl Mesher {
         fresh: bool,
         detail: &Detail,
     ) -> Result<Refined> {
-        let plan = RefineOptions::plan(&self.options, fresh).at(detail);
+        let full = RefineOptions::plan(&self.options, fresh);
+        let plan = full.at(detail);
+        if fresh && plan.passes() == 0 && full.passes() > 0 {
+            // There is no time for it now: what the next frame needs for it is done.
+            self.refiner.prepare(mesh);
+            return Ok(Refined::default());
+        }
         Ok(match self.options.error {
             Some(target) if fresh => {
                 reach(target, &mut self.refiner, mesh, frame, &plan, &mut |_| ())?

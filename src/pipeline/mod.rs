@@ -307,7 +307,7 @@ fn build_mesh(
         .error
         .zip(refined.likeness)
         .is_some_and(|(target, likeness)| likeness < target.value());
-    pilot.after_mesh(report, fresh);
+    pilot.after_mesh(&ticket, fresh);
     Ok(Meshed { ticket, frame, mesh, fills: refined.fills, fresh })
 }
 

@@ -8,6 +8,7 @@ use super::force::gradient;
 use super::rest::Rest;
 use super::ring::Ring;
 use super::rows::RowSums;
+use super::share::Share;
 use super::sums::Sums;
 use super::surface::{Cost, NONE, Surface, previous};
 use crate::geom::{Point, SUBPIXEL};
@@ -75,6 +76,8 @@ const BLOCK: usize = 4096;
 pub(super) struct Descent {
     /// How far each vertex tries to go, in 1/256 pixel; 0 when it last slept.
     reach: Vec<i32>,
+    /// The vertices that a step is for.
+    turn: Vec<u32>,
     colouring: Colouring,
     found: Vec<Visits>,
 }
@@ -93,14 +96,21 @@ impl Descent {
         }
     }
 
-    /// Lets every vertex that is awake take a step. Returns how many moved.
-    pub(super) fn step(&mut self, surface: &mut Surface, rest: &mut Rest, field: Field) -> usize {
+    /// Lets every vertex of `share` that is awake take a step. Returns how many moved.
+    pub(super) fn step(
+        &mut self,
+        surface: &mut Surface,
+        share: Share,
+        rest: &mut Rest,
+        field: Field,
+    ) -> usize {
         surface.clock += 1;
+        self.turn.clear();
+        self.turn.extend(share.of(&surface.order));
         let mut moved = 0;
-        for block in 0..surface.order.len().div_ceil(BLOCK) {
-            let end = ((block + 1) * BLOCK).min(surface.order.len());
+        for block in self.turn.chunks(BLOCK) {
             let here = &*surface;
-            self.colouring.colour(here, &here.order[block * BLOCK..end], |v| {
+            self.colouring.colour(here, block, |v| {
                 here.awake[v as usize] && rest.allows(v) && rest.is_rested(v)
             });
             for class in &self.colouring.classes {

@@ -1,7 +1,7 @@
 //! How much a frame is refined.
 
 use super::RefineOptions;
-use crate::options::{Detail, Options, Quality};
+use crate::options::{Detail, Options, Quality, Steps};
 
 /// The least number of steps that the first frame of a shot gets, where any are done at all: the
 /// frames after it start from its mesh.
@@ -20,8 +20,9 @@ impl RefineOptions {
     /// none there are none.
     #[must_use]
     pub fn at(self, detail: &Detail) -> Self {
-        let steps = detail.steps.filter(|_| self.steps > 0).unwrap_or(self.steps);
-        Self { steps, ..self }
+        let steps = detail.steps.filter(|_| self.steps > 0);
+        let steps = steps.unwrap_or(Steps::new(self.steps));
+        Self { steps: steps.whole(), part: steps.part(), ..self }
     }
 
     fn fresh(options: &Options) -> Self {

@@ -144,7 +144,7 @@ pub(super) struct Surface {
     /// Counts passes over the mesh.
     pub(super) clock: u32,
     /// The triangles as they were last stored.
-    stored: Vec<[u32; 3]>,
+    pub(super) stored: Vec<[u32; 3]>,
     /// The same with their numbers.
     numbered: Vec<([u32; 3], u32)>,
     /// Vertices that a step looks at.
@@ -287,7 +287,7 @@ impl Surface {
 
     /// Number of triangles.
     pub(super) fn triangles(&self) -> usize {
-        self.cost.len()
+        self.origin.len() / 3
     }
 
     /// The squared error of the whole mesh.

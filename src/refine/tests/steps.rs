@@ -61,12 +61,13 @@ proptest! {
         (seed, noise, opaque) in (0u64..1000, any::<u8>(), any::<bool>()),
         regularity in prop_oneof![Just(0.0), Just(REGULARITY), Just(1.0), 0.0f64..=1.0],
         (replace, threshold) in (prop_oneof![Just(0.0), Just(0.05), Just(1.0)], prop_oneof![Just(0.0), Just(0.01)]),
+        (steps, part) in prop_oneof![Just((1, 0)), (0u32..2, 1u32..8)],
     ) {
         let size = Size::new(width, height);
         let frame = picture(size, seed, noise, opaque);
         let mut mesh = mesh_of(size, &places, snap);
         let before = mesh.clone();
-        let options = RefineOptions { steps: 1, regularity, replace, threshold, closely: opaque };
+        let options = RefineOptions { steps, part, regularity, replace, threshold, closely: opaque };
         let mut refiner = Refiner::default();
         let mut error = f64::INFINITY;
         // What rounding makes of sums as large as that.
@@ -115,7 +116,14 @@ proptest! {
     ) {
         let frame = picture(Size::new(width, height), seed, noise, opaque);
         let mut mesh = mesh_of(frame.size(), &places, 1);
-        let options = RefineOptions { steps: 20, regularity, replace, threshold, closely: opaque };
+        let options = RefineOptions {
+            steps: 20,
+            regularity,
+            replace,
+            threshold,
+            closely: opaque,
+            ..RefineOptions::draft()
+        };
         let mut seen = Vec::new();
         let mut watch = |mesh: &Mesh, error: f64| {
             seen.push((mesh.check(), error, error_of(mesh, &frame)));
