@@ -180,8 +180,14 @@ impl Mesher {
         fresh: bool,
         detail: &Detail,
     ) -> Result<Refined> {
-        let plan = self.plan(fresh).at(detail);
+        let full = self.plan(fresh);
+        let plan = full.at(detail);
         self.begun = true;
+        if fresh && plan.passes() == 0 && full.passes() > 0 {
+            // There is no time for it now: what the next frame needs for it is done.
+            self.refiner.prepare(mesh);
+            return Ok(Refined::default());
+        }
         Ok(match self.options.error {
             Some(target) if fresh => {
                 reach(target, &mut self.refiner, mesh, frame, &plan, &mut |_| ())?

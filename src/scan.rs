@@ -6,6 +6,8 @@
 //! or overlap.
 
 mod crossing;
+pub(crate) mod lanes;
+pub(crate) mod runs;
 
 use std::ops::Range;
 
@@ -29,7 +31,7 @@ pub fn rows([a, b, c]: [Point; 3]) -> Range<u32> {
 
 /// Calls `visit(y, columns)` for every row of `band` in which the triangle covers pixels, from top to
 /// bottom. The triangle lies in a frame and may have either orientation.
-#[inline]
+#[inline(always)]
 pub fn spans(triangle: [Point; 3], band: Range<u32>, mut visit: impl FnMut(u32, Range<usize>)) {
     let [a, b, c] = triangle;
     // Three exchanges sort by height.
@@ -43,22 +45,21 @@ pub fn spans(triangle: [Point; 3], band: Range<u32>, mut visit: impl FnMut(u32, 
         return;
     }
     let bend_on_right = orient(a, b, c) > 0;
+    let middle = bend.clamp(start, end);
     let mut long = Crossing::new(a, c, start);
-    let mut walk = |short: &mut Crossing, rows: Range<i32>| {
-        let (left, right) = if bend_on_right { (&mut long, short) } else { (short, &mut long) };
+    for (from, to, rows) in [(a, b, start..middle), (b, c, middle..end)] {
+        if rows.is_empty() {
+            continue;
+        }
+        let short = Crossing::new(from, to, rows.start);
+        let (mut left, mut right) = if bend_on_right { (long, short) } else { (short, long) };
         for y in rows {
             let columns = left.next()..right.next();
             if columns.start < columns.end {
                 visit(y as u32, columns);
             }
         }
-    };
-    let middle = bend.clamp(start, end);
-    if start < middle {
-        walk(&mut Crossing::new(a, b, start), start..middle);
-    }
-    if middle < end {
-        walk(&mut Crossing::new(b, c, middle), middle..end);
+        long = if bend_on_right { left } else { right };
     }
 }
 

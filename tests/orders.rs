@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use polyreel::error::Result;
 use polyreel::frame::{Frame, Rational, Span};
 use polyreel::geom::Size;
-use polyreel::options::{Colour, Detail, Look, Method, Options, Points, Quality, Target};
+use polyreel::options::{Colour, Detail, Look, Method, Options, Points, Quality, Steps, Target};
 use polyreel::pipeline::{Controls, Settings, Stop, run};
 use polyreel::render::{Rendered, Renderer};
 use polyreel::sink::{Picture, Sink};
@@ -185,12 +185,12 @@ fn seeds_live_on_when_there_are_fewer_or_more() {
 #[test]
 fn a_frame_that_is_not_looked_at_keeps_its_mesh_and_the_next_one_catches_up() {
     let mut renderer = Renderer::new(&base()).expect("sound options");
-    let blind = Detail { look: Look::Reuse, steps: Some(0), ..Detail::FULL };
+    let blind = Detail { look: Look::Reuse, steps: Some(Steps::default()), ..Detail::FULL };
     let first = renderer.render_in(&frame(0), &blind).expect("renders");
     assert!(first.candidates > 0, "the first frame has to be looked at");
     let second = renderer.render_in(&frame(3), &blind).expect("renders");
     assert_eq!(second.mesh, first.mesh);
-    let seen = Detail { steps: Some(0), ..Detail::FULL };
+    let seen = Detail { steps: Some(Steps::default()), ..Detail::FULL };
     let third = renderer.render_in(&frame(3), &seen).expect("renders");
     assert_ne!(third.mesh, second.mesh, "the next frame catches up");
 }

@@ -3,6 +3,7 @@
 
 use crate::geom::Size;
 use crate::plane::Plane;
+use crate::vector::widest;
 
 /// Side of a patch in pixels (Kroeger et al., section 3).
 pub(super) const PATCH: usize = 8;
@@ -38,11 +39,13 @@ impl Window {
     }
 
     /// Number of pixels; what lies behind them in an array of [`PIXELS`] is 0.
+    #[inline(always)]
     pub(super) fn count(self) -> usize {
         self.width * self.height
     }
 
     /// The pixels of `plane` that the window covers when it moves by `vector`, row by row.
+    #[inline(always)]
     pub(super) fn look(self, plane: &Plane<f32>, [u, v]: [f32; 2]) -> [f32; PIXELS] {
         self.look_inside(plane, [u, v]).unwrap_or_else(|| {
             let mut out = [0.0; PIXELS];
@@ -58,6 +61,7 @@ impl Window {
 
     /// [`Window::look`] where a whole window falls inside the picture, so that all its pixels lie alike
     /// between those of `plane`.
+    #[inline(always)]
     fn look_inside(self, plane: &Plane<f32>, [u, v]: [f32; 2]) -> Option<[f32; PIXELS]> {
         let (x, y) = (self.x as f32 + u, self.y as f32 + v);
         let room = |side: u32| side as f32 - PATCH as f32 - 1.0;
@@ -97,7 +101,16 @@ pub(super) struct Patch {
 }
 
 impl Patch {
+    /// The patch at `place` of `a`.
     pub(super) fn new(a: &Plane<f32>, place: (usize, usize)) -> Self {
+        widest(
+            #[inline(always)]
+            || Self::cut(a, place),
+        )
+    }
+
+    #[inline(always)]
+    fn cut(a: &Plane<f32>, place: (usize, usize)) -> Self {
         let window = Window::new(a.size(), place);
         let mut values = window.look(a, [0.0; 2]);
         let mean = sum(&values) / window.count() as f32;
@@ -114,6 +127,7 @@ impl Patch {
 
     /// What each pixel misses in `b` when the patch moves by `vector`, the mean taken off; and the sum
     /// of their squares.
+    #[inline(always)]
     fn misses(&self, b: &Plane<f32>, vector: [f32; 2]) -> ([f32; PIXELS], f32) {
         let mut misses = self.window.look(b, vector);
         let count = self.window.count();
@@ -132,6 +146,14 @@ impl Patch {
     /// The vector that moves the patch to where `b` looks like it: the best of `tries`, the first of
     /// equally good ones, improved by at most `descents` steps.
     pub(super) fn search(&self, b: &Plane<f32>, tries: &[[f32; 2]], descents: usize) -> Found {
+        widest(
+            #[inline(always)]
+            || self.descend(b, tries, descents),
+        )
+    }
+
+    #[inline(always)]
+    fn descend(&self, b: &Plane<f32>, tries: &[[f32; 2]], descents: usize) -> Found {
         let mut misses = [0.0; PIXELS];
         let mut start = (f32::INFINITY, [0.0; 2]);
         let mut first = f32::INFINITY;
@@ -175,6 +197,7 @@ impl Patch {
 }
 
 /// Slopes to the right and downwards at the window's pixels.
+#[inline(always)]
 fn slopes(a: &Plane<f32>, window: Window) -> [[f32; PIXELS]; 2] {
     let (right, bottom) = (a.size().width as usize - 1, a.size().height as usize - 1);
     let row = |y: usize| a.row(y as u32);
@@ -192,7 +215,7 @@ fn slopes(a: &Plane<f32>, window: Window) -> [[f32; PIXELS]; 2] {
 }
 
 /// Sums in as many columns as a vector register may have, so that the order is the same on every machine.
-#[inline]
+#[inline(always)]
 pub(super) fn dot(a: &[f32; PIXELS], b: &[f32; PIXELS]) -> f32 {
     let mut columns = [0.0; PATCH];
     for y in 0..PATCH {
@@ -203,6 +226,7 @@ pub(super) fn dot(a: &[f32; PIXELS], b: &[f32; PIXELS]) -> f32 {
     columns.iter().sum()
 }
 
+#[inline(always)]
 pub(super) fn sum(values: &[f32; PIXELS]) -> f32 {
     dot(values, &[1.0; PIXELS])
 }

@@ -5,11 +5,13 @@
 //! how long it took: so whatever waits in the channels is still given what the newest times allow.
 //!
 //! The ladder, from the top down:
-//! 1. refinement steps, from more than were asked for down to one;
+//! 1. refinement, from more steps than were asked for down to an eighth of one. A part of a step is for
+//!    that share of the vertices, so that some refinement nearly always fits, and every frame tells what
+//!    the next may have;
 //! 2. work that nobody sees: means of every second, then every fourth row; a fresh mesh's feature map at
 //!    half the size; every second frame's motion not looked for;
-//! 3. seeds, from 100 to 25 per cent, while not even one refinement step fits and with fewer it would;
-//! 4. the last step; then as many seeds as fit, since without steps few of them are worse than many.
+//! 3. seeds, from 100 to 25 per cent, while not even an eighth of a step fits, or painting does not;
+//! 4. the last eighth; then as many seeds as fit, since without steps few of them are worse than many.
 //!
 //! Steps go down at once when they are expected to take more than [`HIGH`] of the budget, and up when
 //! for [`PATIENCE`] frames more of them would have stayed below [`LOW`] of it; everything else waits
@@ -21,8 +23,8 @@ mod tests;
 
 use std::time::Duration;
 
-use crate::options::Look;
-use pace::{Line, Pace};
+use crate::options::{EIGHTHS, Look, Steps};
+use pace::Pace;
 
 /// The share of the budget that the expected time may come to before less is done.
 pub const HIGH: f64 = 0.9;
@@ -37,13 +39,14 @@ pub const PATIENCE: u32 = 8;
 const LONG_PATIENCE: u32 = 24;
 const SEED_PATIENCE: u32 = 48;
 
-/// Frames for which not one step must have fitted before seeds are given up.
-const STARVED: u32 = 8;
+/// Frames in which not even an eighth of a step, or not the painting, must have fitted before seeds are
+/// given up; those in which it hardly does by the mean of the last times count [`BADLY`]-fold.
+const STARVED: u32 = 24;
+const BADLY: u32 = 3;
 
-/// Frames in which steps that were taken up again may settle, and how far above the budget they may
-/// be meanwhile.
-const SETTLING: u32 = 3;
-const FAR_ABOVE: f64 = 1.3;
+/// Frames without any refinement after which an eighth of a step is tried: if in vain, two frames of so
+/// many take too long.
+const RETRY: u32 = 96;
 
 /// The most refinement steps of a frame whose mesh lives on, where the user names no number: in a few
 /// frames as many as a still gets, and twelve a frame gain nothing that can be seen.
@@ -64,15 +67,12 @@ const HALF: f64 = 0.4;
 /// A step on a fresh mesh, where everything still moves, for one on a mesh that lives on.
 const FRESH_STEP: f64 = 1.5;
 
-/// How fast steps that do not fit are hoped to fit again: in some hundred frames their expected time
-/// halves, and one is tried.
-const HOPE: f64 = 0.993;
+/// What is done before the first step, in steps. Measured at 0.8 % seeds: 0.4 at 1920x1080, 0.9 at
+/// 960x540. Where it is another, the pace makes up for it.
+const SETUP: f64 = 0.75;
 
-/// The waiting time doubles with each try in vain, so many times at most.
-const MOST_DOUBT: u32 = 4;
-
-/// The steps that the very first frame gets, when nothing is known yet.
-const FIRST_STEPS: u32 = 1;
+/// The eighths of a step that the first frames get, when nothing is known yet.
+const FIRST: u32 = EIGHTHS;
 
 /// A change of detail, and why.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -80,9 +80,9 @@ pub struct Change {
     /// What was changed: `steps`, `rows`, `map`, `motion` or `seeds`.
     pub what: &'static str,
     /// What it was.
-    pub from: u32,
+    pub from: f64,
     /// What it is now.
-    pub to: u32,
+    pub to: f64,
     /// What the frame was expected to take as it was, in milliseconds of the budget's.
     pub expected_ms: f64,
     /// The budget.
@@ -121,23 +121,18 @@ pub struct Governor {
 /// Sample, triangulate, refine.
 #[derive(Clone, Debug, Default)]
 struct MeshThread {
-    /// Time of a frame whose mesh lives on, by steps; it is learnt from those with steps, since without
-    /// any there is nothing to prepare for them either.
-    line: Line,
-    /// The rasteriser's time when it was learnt last. While no steps are done, only the other threads
-    /// know whether the machine has got faster.
-    others: f64,
-    /// What is hoped of steps that were long not tried, 1 and below.
-    hope: f64,
-    /// Steps were tried in hope and did not fit: hope grows by so much more slowly.
-    doubt: u32,
-    /// Frames since steps were taken up again.
-    since: u32,
-    /// What a fresh mesh takes beside its steps, in seconds at a pace of 1; 0 before there was one.
+    /// Time of a step with all seeds, of frames whose mesh lives on.
+    pace: Pace,
+    /// What a fresh mesh takes beside its steps, in steps; 0 before there was one.
     fresh: f64,
-    /// `None` before anything is known.
-    steps: Option<u32>,
+    /// Eighths of a step; `None` before anything is known.
+    eighths: Option<u32>,
     patience: u32,
+    /// Frames without any refinement.
+    idle: u32,
+    /// The next frame is the first after those: with all vertices awake, and the other threads ahead,
+    /// it takes longer than those after it, and tells nothing of them.
+    waking: bool,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -163,10 +158,17 @@ struct LookThread {
     patience: u32,
 }
 
-/// What nearly all frames with `steps` stay below, when they take `ease` times what `line` says. What is
-/// done without any steps is next to nothing.
-fn expected(line: &Line, steps: u32, ease: f64) -> f64 {
-    if steps == 0 { 0.0 } else { line.careful(f64::from(steps)) * ease }
+/// Eighths of a step as steps.
+fn steps(eighths: u32) -> f64 {
+    f64::from(Steps::from_eighths(eighths))
+}
+
+/// What a frame with so many eighths of a step costs, in steps with all seeds. What is done without any
+/// is next to nothing.
+fn work(seeds: u32, eighths: u32) -> f64 {
+    let share = f64::from(seeds) / 100.0;
+    // Half of the setup has more to do with pixels.
+    if eighths == 0 { 0.0 } else { SETUP * (1.0 + share) / 2.0 + share * steps(eighths) }
 }
 
 impl Governor {
@@ -197,20 +199,20 @@ impl Governor {
         let expected = FEW_KNOWN * fresh.careful();
         if !*half && expected > HIGH * self.budget {
             *half = true;
-            self.news.push(change("map", 1, 2, expected, self.budget));
+            self.news.push(change("map", 1.0, 2.0, expected, self.budget));
         } else if *half && expected <= LOW * self.budget {
             *half = false;
-            self.news.push(change("map", 2, 1, expected, self.budget));
+            self.news.push(change("map", 2.0, 1.0, expected, self.budget));
         }
         let expected = watch.careful();
         if !*pausing && expected > HIGH * self.budget {
             (*pausing, *patience) = (true, 0);
-            self.news.push(change("motion", 1, 2, expected, self.budget));
+            self.news.push(change("motion", 1.0, 2.0, expected, self.budget));
         } else if *pausing {
             *patience = if expected <= LOW * self.budget { *patience + 1 } else { 0 };
             if *patience >= LONG_PATIENCE {
                 *pausing = false;
-                self.news.push(change("motion", 2, 1, expected, self.budget));
+                self.news.push(change("motion", 2.0, 1.0, expected, self.budget));
             }
         }
         *paused = *pausing && !*paused;
@@ -236,43 +238,36 @@ impl Governor {
     /// Seeds (per cent) and refinement steps of the next frame, for which `asked` steps are done without
     /// a budget and `most` at most; no step is added where none was asked for. `fresh` says that its
     /// mesh begins anew.
-    pub fn mesh(&mut self, asked: u32, most: u32, fresh: bool) -> (u32, u32) {
+    pub fn mesh(&mut self, asked: u32, most: u32, fresh: bool) -> (u32, Steps) {
         let before = self.seeds;
+        let most = if asked == 0 { 0 } else { most.saturating_mul(EIGHTHS) };
         if !fresh {
-            self.choose_seeds(asked);
+            self.choose_seeds(most.min(1));
         }
-        let most = if asked == 0 { 0 } else { most };
-        let steps = if fresh || before != self.seeds {
+        let eighths = if fresh || before != self.seeds {
             self.fresh_steps(most)
         } else {
-            self.next_steps(asked, most)
+            self.next_steps(most)
         };
-        (SEEDS[self.seeds], steps)
+        (SEEDS[self.seeds], Steps::from_eighths(eighths))
     }
 
     /// Takes note that the mesh's thread took `time` for a frame with so many refinement steps.
-    pub fn meshed(&mut self, fresh: bool, steps: u32, time: Duration) {
-        let paint = self.paint.pace.mean();
-        let (mesh, seconds) = (&mut self.mesh, time.as_secs_f64());
+    pub fn meshed(&mut self, fresh: bool, steps: Steps, time: Duration) {
+        let (seeds, mesh, seconds) = (SEEDS[self.seeds], &mut self.mesh, time.as_secs_f64());
         if !fresh {
-            if steps > 0 {
-                mesh.line.learn(f64::from(steps), seconds);
-                (mesh.others, mesh.hope) = (paint, 1.0);
-                mesh.since += 1;
-                if mesh.since > SEED_PATIENCE {
-                    mesh.doubt = 0;
-                }
-            } else {
-                mesh.hope *= HOPE.powf(1.0 / f64::from(1u32 << mesh.doubt));
+            // Without any steps there is nothing to prepare for them either: that tells nothing of them.
+            if steps > Steps::default() && !std::mem::take(&mut mesh.waking) {
+                mesh.pace.learn(seconds / work(seeds, steps.eighths()));
             }
             return;
         }
         let steps = f64::from(steps);
-        let beside = if mesh.line.is_known() {
-            (seconds / mesh.line.pace() - mesh.line.step() * FRESH_STEP * steps).max(0.0)
+        let beside = if mesh.pace.is_known() {
+            (seconds / mesh.pace.mean() - FRESH_STEP * steps).max(0.0)
         } else {
             // As if a step took as long as all that is done before it.
-            seconds / (1.0 + steps)
+            1.0
         };
         mesh.fresh = if mesh.fresh > 0.0 { (mesh.fresh + beside) / 2.0 } else { beside };
     }
@@ -295,7 +290,7 @@ impl Governor {
         }
         let (from, to) = (ROWS[before].0, ROWS[paint.rung].0);
         if from != to {
-            self.news.push(change("rows", from, to, now, self.budget));
+            self.news.push(change("rows", f64::from(from), f64::from(to), now, self.budget));
         }
         to
     }
@@ -306,108 +301,107 @@ impl Governor {
         self.paint.pace.learn(time.as_secs_f64() / share);
     }
 
-    /// What steps are expected to take, for what they took when they were done last.
-    fn ease(&self) -> f64 {
-        let (now, then) = (self.paint.pace.mean(), self.mesh.others);
-        let others = if then > 0.0 { (now / then).clamp(0.25, 4.0) } else { 1.0 };
-        if self.mesh.hope < 1.0 { others * self.mesh.hope } else { 1.0 }
-    }
-
-    /// Steps for a mesh that lives on.
-    fn next_steps(&mut self, asked: u32, most: u32) -> u32 {
-        let ease = self.ease();
-        let (mesh, budget) = (&mut self.mesh, self.budget);
-        let line = mesh.line;
-        let expected = |steps: u32| expected(&line, steps, ease);
-        let first = FIRST_STEPS.min(asked);
-        let before = mesh.steps.unwrap_or(first).min(most);
-        let mut steps = before;
-        // The first frames with steps are slower than those after them: while the mesh was quick its
-        // neighbours worked ahead, and now they use the cores that it will have when they wait for it.
-        let settling = before == 1 && mesh.since < SETTLING;
-        let high = if settling { FAR_ABOVE } else { HIGH };
-        if expected(before) > high * budget {
-            steps = (0..before).rev().find(|&n| expected(n) <= LOW * budget).unwrap_or(0);
-            mesh.patience = 0;
-        } else if before < most && mesh.line.is_known() {
-            // More by half: a dozen is reached in a few rounds, and one round cannot go far wrong.
-            let more = (before + (before / 2).max(1)).min(most);
-            let fitting = (before + 1..=more).rev().find(|&n| expected(n) <= LOW * budget);
+    /// Eighths of a step for a mesh that lives on.
+    fn next_steps(&mut self, most: u32) -> u32 {
+        if most == 0 {
+            return 0;
+        }
+        let (seeds, mesh, budget) = (SEEDS[self.seeds], &mut self.mesh, self.budget);
+        let before = mesh.eighths.unwrap_or(FIRST).min(most);
+        let careful = mesh.pace.careful();
+        let expected = careful * work(seeds, before);
+        let fits = |n: &u32| careful * work(seeds, *n) <= LOW * budget;
+        let mut eighths = before;
+        if before == 0 {
+            mesh.idle += 1;
+            if mesh.idle >= RETRY {
+                // What it took then says nothing of now; the frame after this one tells.
+                (mesh.pace, mesh.waking) = (Pace::default(), true);
+                (eighths, self.starved) = (1, STARVED - BADLY);
+            }
+        } else if expected > HIGH * budget {
+            (eighths, mesh.patience) = ((1..before).rev().find(fits).unwrap_or(1), 0);
+        } else if before < most && mesh.pace.is_known() {
+            // Twice as much: a dozen steps are reached in some rounds, and one cannot go far wrong.
+            let more = (2 * before).min(most);
+            let fitting = (before + 1..=more).rev().find(fits);
             mesh.patience = if fitting.is_some() { mesh.patience + 1 } else { 0 };
             if let Some(fitting) = fitting.filter(|_| mesh.patience >= PATIENCE) {
-                (steps, mesh.patience) = (fitting, 0);
+                (eighths, mesh.patience) = (fitting, 0);
             }
         }
-        if before > 0 && steps == 0 && mesh.since <= PATIENCE {
-            mesh.doubt = (mesh.doubt + 1).min(MOST_DOUBT);
+        let known = mesh.eighths.replace(eighths).is_some();
+        if known && eighths != before {
+            self.news.push(change("steps", steps(before), steps(eighths), expected, budget));
         }
-        mesh.since = if steps == 0 { 0 } else { mesh.since };
-        let told = expected(before);
-        let known = mesh.steps.replace(steps).is_some();
-        if known && steps != before {
-            self.news.push(change("steps", before, steps, told, budget));
-        }
-        steps
+        eighths
     }
 
-    /// Steps for a mesh that begins anew: as many as fit beside what else it takes, the rest is made up
-    /// for in the frames after it.
+    /// Eighths of a step for a mesh that begins anew: as many as fit beside what else it takes, the rest
+    /// is made up for in the frames after it.
     fn fresh_steps(&self, most: u32) -> u32 {
         let mesh = &self.mesh;
-        if mesh.fresh == 0.0 || !mesh.line.is_known() {
-            return FIRST_STEPS.min(most);
+        if mesh.fresh == 0.0 || !mesh.pace.is_known() {
+            return FIRST.min(most);
         }
-        let step = mesh.line.step() * FRESH_STEP;
-        let time = |steps: u32| (mesh.fresh + step * f64::from(steps)) * mesh.line.careful_pace();
+        let time = |n: u32| (mesh.fresh + FRESH_STEP * steps(n)) * mesh.pace.careful();
         (0..=most).rev().find(|&n| FEW_KNOWN * time(n) <= HIGH * self.budget).unwrap_or(0)
     }
 
-    /// Fewer seeds where not one step fits for long and it would with fewer; more where there is plenty
-    /// of room for long, or where even the fewest did not help.
-    fn choose_seeds(&mut self, asked: u32) {
-        let (mesh, budget, before) = (&self.mesh, self.budget, self.seeds);
-        if !mesh.line.is_known() {
+    /// Fewer seeds where for long not even the `least` refinement fits, or painting does not; more where
+    /// there is room for long, or where even the fewest did not help.
+    fn choose_seeds(&mut self, least: u32) {
+        if self.mesh.eighths.is_some_and(|n| n > 0) && !self.mesh.pace.is_known() {
             return;
         }
-        let ease = self.ease();
-        let step_at = |seeds: usize| {
-            let mut line = mesh.line;
-            line.scale(f64::from(SEEDS[seeds]) / f64::from(SEEDS[before]));
-            expected(&line, asked.min(1), ease)
-        };
-        let paint = self.paint.pace.careful() * ROWS[self.paint.rung].1;
-        let paint_starves = paint > HIGH * budget;
-        let mesh_starves = mesh.steps == Some(0) && step_at(before) > LOW * budget;
-        self.starved = if paint_starves || mesh_starves { self.starved + 1 } else { 0 };
-        let expected = step_at(before).max(paint);
-        // All work is taken to grow with the seeds, which is more than it does.
+        let (budget, before, last) = (self.budget, self.seeds, SEEDS.len() - 1);
         let growth = |seeds: usize| f64::from(SEEDS[seeds]) / f64::from(SEEDS[before]);
-        let fits = |seeds: usize| expected * growth(seeds) <= LOW * budget;
-        self.rich = if before > 0 && fits(before - 1) { self.rich + 1 } else { 0 };
+        // All of it is taken to grow with the seeds, which is more than it does.
+        let [paint, paint_mean] = [self.paint.pace.careful(), self.paint.pace.mean()]
+            .map(|time| time * ROWS[self.paint.rung].1);
+        let paint_fits = |seeds: &usize| paint * growth(*seeds) <= LOW * budget;
+        let busy = self.mesh.eighths != Some(0);
+        let pace = if busy { self.mesh.pace } else { Pace::default() };
+        let mesh = |seeds: usize, eighths: u32| pace.careful() * work(SEEDS[seeds], eighths);
+        let expected = mesh(before, least);
+        let (mesh_starves, paint_starves) = (expected > HIGH * budget, paint > HIGH * budget);
+        let badly = (pace.mean() * work(SEEDS[before], least)).max(paint_mean) > HIGH * budget;
+        let more_starved = self.starved + if badly { BADLY } else { 1 };
+        self.starved = if mesh_starves || paint_starves { more_starved } else { 0 };
+        let more = (0..before).find(|s| paint_fits(s) && mesh(*s, 2 * least) <= LOW * budget);
+        self.rich = if more.is_some() { self.rich + 1 } else { 0 };
+        let mut seeds = if self.rich >= SEED_PATIENCE { more.unwrap_or(before) } else { before };
         if self.starved >= STARVED {
-            let last = SEEDS.len() - 1;
-            let helping = (before..=last).find(|&seeds| step_at(seeds) <= LOW * budget);
-            self.seeds = match helping {
-                Some(seeds) if mesh_starves => seeds,
+            let fewer = (before + 1..=last).find(|&s| mesh(s, least) <= LOW * budget);
+            // Expectations are high after a few long frames: all seeds are tried before nothing is.
+            if mesh_starves && fewer.is_none() && before == last {
+                self.rest(expected);
                 // Without any steps many seeds are better than few.
-                None if mesh_starves && paint * growth(0) <= LOW * budget => 0,
-                _ => before,
-            };
-            if paint_starves {
-                self.seeds = self.seeds.max((before + 1).min(last));
+                seeds = (0..=before).find(paint_fits).unwrap_or(before);
+            } else if mesh_starves {
+                seeds = fewer.unwrap_or(last);
             }
-        } else if self.rich >= SEED_PATIENCE {
-            self.seeds -= 1;
+            if paint_starves {
+                seeds = seeds.max((before + 1).min(last));
+            }
+            self.starved = 0;
         }
-        if self.seeds != before {
-            (self.starved, self.rich) = (0, 0);
-            self.mesh.line.scale(f64::from(SEEDS[self.seeds]) / f64::from(SEEDS[before]));
-            self.news.push(change("seeds", SEEDS[before], SEEDS[self.seeds], expected, budget));
+        if seeds != before {
+            (self.seeds, self.starved, self.rich) = (seeds, 0, 0);
+            let [from, to] = [before, seeds].map(|seeds| f64::from(SEEDS[seeds]));
+            self.news.push(change("seeds", from, to, expected.max(paint), budget));
         }
+    }
+
+    /// No refinement for a time: not even an eighth of a step fits.
+    fn rest(&mut self, expected: f64) {
+        let before = self.mesh.eighths.replace(0).unwrap_or(FIRST);
+        self.mesh.idle = 0;
+        self.news.push(change("steps", steps(before), 0.0, expected, self.budget));
     }
 }
 
-fn change(what: &'static str, from: u32, to: u32, expected: f64, budget: f64) -> Change {
+fn change(what: &'static str, from: f64, to: f64, expected: f64, budget: f64) -> Change {
     // Microseconds are plenty for a reader.
     let ms = |seconds: f64| (seconds * 1e6).round() / 1e3;
     Change { what, from, to, expected_ms: ms(expected), budget_ms: ms(budget) }

@@ -13,12 +13,69 @@ pub struct Detail {
     pub look: Look,
     /// Seeds, per cent of those that the options ask for, 1..=100. Default 100.
     pub seeds: u32,
-    /// Steps of refinement in place of those that the options ask for, 0..=1000; `None` leaves it to
-    /// them. Default `None`.
-    pub steps: Option<u32>,
+    /// Steps of refinement in place of those that the options ask for, 0..=1000, the last perhaps in
+    /// part; `None` leaves it to them. Default `None`.
+    pub steps: Option<Steps>,
     /// Mean colours of triangles are taken from every so-many-th row, where they have enough of them,
     /// 1..=4. Default 1.
     pub rows: u32,
+}
+
+/// A number of refinement steps in eighths. A part of a step is for that share of the vertices, which
+/// take turns over the frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "f64", into = "f64")]
+pub struct Steps {
+    eighths: u32,
+}
+
+/// Parts of a step.
+pub(crate) const EIGHTHS: u32 = 8;
+
+impl Steps {
+    /// So many whole steps.
+    pub const fn new(steps: u32) -> Self {
+        Self::from_eighths(steps.saturating_mul(EIGHTHS))
+    }
+
+    /// So many eighths of a step.
+    pub const fn from_eighths(eighths: u32) -> Self {
+        Self { eighths }
+    }
+
+    /// All of it in eighths.
+    pub const fn eighths(self) -> u32 {
+        self.eighths
+    }
+
+    /// The whole steps.
+    pub const fn whole(self) -> u32 {
+        self.eighths / EIGHTHS
+    }
+
+    /// The eighths of the step after them, 0..=7.
+    pub const fn part(self) -> u32 {
+        self.eighths % EIGHTHS
+    }
+}
+
+impl From<Steps> for f64 {
+    fn from(steps: Steps) -> Self {
+        f64::from(steps.eighths) / f64::from(EIGHTHS)
+    }
+}
+
+impl TryFrom<f64> for Steps {
+    type Error = String;
+
+    fn try_from(steps: f64) -> std::result::Result<Self, String> {
+        let eighths = steps * f64::from(EIGHTHS);
+        if eighths.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&eighths) {
+            Ok(Self { eighths: eighths as u32 })
+        } else {
+            Err(format!("steps is {steps}; it counts eighths, from 0"))
+        }
+    }
 }
 
 /// How well level one looks at a frame.
@@ -44,7 +101,7 @@ impl Detail {
     /// each for a full look and for all rows. A figure to read, not to compute with.
     pub fn share(&self, asked: u32) -> f64 {
         let steps = match self.steps {
-            Some(steps) if steps < asked => f64::from(steps) / f64::from(asked),
+            Some(steps) if steps < Steps::new(asked) => f64::from(steps) / f64::from(asked),
             _ => 1.0,
         };
         let look = if self.look == Look::Full { 1.0 } else { 0.0 };
@@ -59,10 +116,11 @@ impl Detail {
     /// # Errors
     /// Names the first field out of range, its value and the range.
     pub fn validate(&self) -> Result<()> {
+        let steps = f64::from(self.steps.unwrap_or_default());
         let ranges = [
-            ("seeds", self.seeds, 1, 100),
-            ("steps", self.steps.unwrap_or(0), 0, 1000),
-            ("rows", self.rows, 1, 4),
+            ("seeds", f64::from(self.seeds), 1.0, 100.0),
+            ("steps", steps, 0.0, 1000.0),
+            ("rows", f64::from(self.rows), 1.0, 4.0),
         ];
         for (name, value, least, most) in ranges {
             if !(least..=most).contains(&value) {
@@ -88,10 +146,10 @@ mod tests {
     #[test]
     fn the_share_is_one_for_all_and_falls_with_every_part() {
         assert_eq!(Detail::FULL.share(2), 1.0);
-        assert_eq!(Detail { steps: Some(9), ..Detail::FULL }.share(2), 1.0);
-        assert_eq!(Detail { steps: Some(0), ..Detail::FULL }.share(0), 1.0);
+        assert_eq!(Detail { steps: Some(Steps::new(9)), ..Detail::FULL }.share(2), 1.0);
+        assert_eq!(Detail { steps: Some(Steps::default()), ..Detail::FULL }.share(0), 1.0);
         for less in [
-            Detail { steps: Some(1), ..Detail::FULL },
+            Detail { steps: Some(Steps::from_eighths(15)), ..Detail::FULL },
             Detail { seeds: 70, ..Detail::FULL },
             Detail { rows: 2, ..Detail::FULL },
             Detail { look: Look::Half, ..Detail::FULL },
@@ -105,7 +163,24 @@ mod tests {
         let said = |detail: Detail| detail.validate().expect_err("out of range").to_string();
         assert!(said(Detail { seeds: 0, ..Detail::FULL }).contains("seeds is 0"));
         assert!(said(Detail { rows: 5, ..Detail::FULL }).contains("rows is 5"));
-        assert!(said(Detail { steps: Some(1001), ..Detail::FULL }).contains("steps is 1001"));
+        assert!(
+            said(Detail { steps: Some(Steps::new(1001)), ..Detail::FULL })
+                .contains("steps is 1001")
+        );
         Detail::FULL.validate().expect("sound");
+    }
+
+    #[test]
+    fn steps_are_written_as_a_number_and_come_back_exactly() {
+        for eighths in 0..100 {
+            let steps = Steps::from_eighths(eighths);
+            let text = serde_json::to_string(&steps).expect("a number");
+            assert_eq!(serde_json::from_str::<Steps>(&text).expect(&text), steps);
+            assert_eq!(steps.whole() * EIGHTHS + steps.part(), eighths);
+        }
+        assert_eq!(serde_json::to_string(&Steps::from_eighths(11)).expect("a number"), "1.375");
+        for wrong in ["0.3", "-1", "1e12", "null"] {
+            assert!(serde_json::from_str::<Steps>(wrong).is_err(), "{wrong}");
+        }
     }
 }

@@ -32,7 +32,7 @@ use crossbeam_channel::{Receiver, Sender, bounded};
 
 use crate::error::{Error, Result};
 use crate::feature::Extractor;
-use crate::frame::Frame;
+use crate::frame::{Frame, Rgba};
 use crate::options::Options;
 use crate::rasterise::Painter;
 use crate::render::{Mesher, triangulate_start};
@@ -135,9 +135,12 @@ pub fn run(
         let station = Station::new(Stage::Decode, admit);
         let decoding = spawn(scope, "decode", move || decode(start, station, &door))?;
         let spent = (!sink.wants_origin()).then_some(return_spent);
-        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, pools, spent)?;
+        let (return_canvas, canvases) = bounded(ROOM);
+        let returns = Returns { spent, canvases };
+        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, pools, returns)?;
         let (tell, told) = bounded(ROOM);
-        let delivery = Delivery { sink, tell, stop, keep_truncated: settings.allow_truncated };
+        let keep_truncated = settings.allow_truncated;
+        let delivery = Delivery { sink, tell, return_canvas, stop, keep_truncated };
         let encoding = spawn(scope, "encode", move || delivery.run(painted))?;
 
         for report in told {
@@ -183,15 +186,22 @@ impl Drop for End<'_> {
 /// Running stages, and what comes out of the last of them.
 type Chain<'s> = (Vec<ScopedJoinHandle<'s, ()>>, Receiver<Result<Painted>>);
 
-/// The stages between decode and encode, each on a thread of its own. Frames that have been
-/// painted go back by way of `spent`; without it, on to the sink.
+/// Memory on its way back, to be filled again.
+struct Returns {
+    /// Takes frames that have been painted to the source. Without it they go on to the sink.
+    spent: Option<Sender<Frame>>,
+    /// The pixels of pictures that have been written.
+    canvases: Receiver<Vec<Rgba>>,
+}
+
+/// The stages between decode and encode, each on a thread of its own.
 fn spawn_chain<'s, 'e>(
     scope: &'s Scope<'s, 'e>,
     admitted: Receiver<Result<Admitted>>,
     controls: &Controls,
     pilot: &'e Pilot,
     [looking, meshing, painting]: &'e [Pool; 3],
-    spent: Option<Sender<Frame>>,
+    Returns { spent, canvases }: Returns,
 ) -> Result<Chain<'s>> {
     let options = controls.options();
     let (extract, extracted) = bounded(ROOM);
@@ -226,6 +236,9 @@ fn spawn_chain<'s, 'e>(
         station.run(meshed, |clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 painter.retune(options);
+            }
+            if let Ok(canvas) = canvases.try_recv() {
+                painter.reuse(canvas);
             }
             let mut painted = fill(&mut painter, hop, clock, pilot, painting)?;
             if let Some(spent) = &spent
@@ -294,7 +307,7 @@ fn build_mesh(
         .error
         .zip(refined.likeness)
         .is_some_and(|(target, likeness)| likeness < target.value());
-    pilot.after_mesh(report, fresh);
+    pilot.after_mesh(&ticket, fresh);
     Ok(Meshed { ticket, frame, mesh, fills: refined.fills, fresh })
 }
 
@@ -325,6 +338,7 @@ fn fill(
 struct Delivery<'a> {
     sink: Box<dyn Sink>,
     tell: Sender<FrameReport>,
+    return_canvas: Sender<Vec<Rgba>>,
     stop: &'a Stop,
     keep_truncated: bool,
 }
@@ -352,6 +366,11 @@ impl Delivery<'_> {
                 done => done?,
             }
             written += 1;
+            let canvas = self.sink.spent();
+            if !canvas.is_empty() {
+                // Without room the rasteriser has enough of them: then it is let go.
+                let _ = self.return_canvas.try_send(canvas);
+            }
             if self.tell.send(report).is_err() {
                 // The caller's thread is unwinding; the sink goes unfinished, as in any failure.
                 return Ok(Ending::Stopped);

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::feature::Features;
 use crate::feature::change::Change;
 use crate::governor::{Governor, MOST_STEPS};
-use crate::options::Detail;
+use crate::options::{Detail, Steps};
 use crate::render::Mesher;
 use crate::stage::{Stage, Timing};
 
@@ -117,9 +117,12 @@ impl Pilot {
     }
 
     /// After level three; `fresh` says that the mesh was made anew.
-    pub(super) fn after_mesh(&self, report: &FrameReport, fresh: bool) {
+    pub(super) fn after_mesh(&self, ticket: &Ticket, fresh: bool) {
         if let Some(mut governor) = self.governor() {
-            governor.meshed(fresh, report.refine_steps, mesh_time(&report.timing));
+            let ordered = ticket.orders.detail.steps.unwrap_or_default();
+            // Fewer are done where nothing is left to gain.
+            let done = ordered.min(Steps::new(ticket.report.refine_steps));
+            governor.meshed(fresh, done, mesh_time(&ticket.report.timing));
         }
     }
 

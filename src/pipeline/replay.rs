@@ -122,6 +122,7 @@ fn detail(path: &Path, mut frame: Value, index: u64) -> Result<Detail> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::options::Steps;
     use serde_json::json;
 
     fn parse(report: &Value) -> Result<Script> {
@@ -129,7 +130,7 @@ mod tests {
     }
 
     fn report() -> Value {
-        let detail = Detail { steps: Some(3), seeds: 70, ..Detail::FULL };
+        let detail = Detail { steps: Some(Steps::from_eighths(11)), seeds: 70, ..Detail::FULL };
         json!({
             "options": Options::default(),
             "per_frame": [
@@ -144,7 +145,7 @@ mod tests {
         let script = parse(&report()).expect("a report");
         script.check(&Options::default()).expect("the same options");
         assert_eq!(script.detail(0).expect("there"), Detail::FULL);
-        assert_eq!(script.detail(1).expect("there").steps, Some(3));
+        assert_eq!(script.detail(1).expect("there").steps, Some(Steps::from_eighths(11)));
         script.end(2).expect("as many frames");
         let few = script.end(1).expect_err("one frame less").to_string();
         assert_eq!(few, "r.json: it holds 2 frames, and the input only 1");

@@ -32,7 +32,7 @@ pub struct FrameReport {
     pub seeds_died: usize,
     /// Triangles of its mesh.
     pub triangles: usize,
-    /// Refinement steps that it got.
+    /// Refinement steps that it got, the last perhaps in part: [`FrameReport::orders`] tells.
     pub refine_steps: u32,
     /// Likeness to the source in the measure of `--error`, of frames that were refined to a target.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,173 +1,112 @@
-//! A short memory of the picture, so that it changes as its source does: flat areas do not shimmer, and
-//! grain does not show.
+//! A triangle that lives on keeps a short memory of its colour, so that flat areas do not shimmer.
 
-mod votes;
-
-use rayon::prelude::*;
-
-use super::PACK;
-use crate::frame::{Fill, Frame, Rgba};
+use crate::frame::{Fill, Rgba};
 use crate::mesh::Mesh;
-use crate::scan;
-use votes::Votes;
 
-/// Largest distance of a channel from the mean colour, in 8-bit steps at coherence 1. Measured on four
-/// clips, in steps at the default coherence: 2 has four fifths of the gain in flicker of 4, and 8 has no
-/// more, at a tenth more squared error (`docs/video.md`).
-const LEEWAY: f64 = 8.0;
+/// Largest difference of a channel, in 8-bit steps at coherence 1, that counts as shimmer. Grain and
+/// compression leave less than one step in the mean of sixty pixels; what is held back beyond that is
+/// missing where the picture changes slowly, and raises flicker and error alike (`docs/video.md`).
+const SHIMMER: f64 = 2.0;
 
-/// Larger triangles are asked in every second, fourth ... row, so that about as many pixels answer.
-const PLENTY: u32 = 64;
-
-/// Pixels from which a middle colour is taken at least.
-const ENOUGH: usize = 3;
-
-/// What was painted for the last frame less the frame itself, within -128..127; empty where there is
-/// none.
+/// The colours of the last frame's triangles.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
-    missed: Vec<[i8; 4]>,
+    triangles: Vec<[u32; 3]>,
+    colours: Vec<Rgba>,
+    last: Vec<Rgba>,
 }
 
 impl Memory {
-    /// Chooses the colours of `fills` so that the picture changes as its source does: each channel of a
-    /// triangle takes the median, over its pixels (of large ones some rows', and at most every `rows`-th row's), of what was painted there plus
-    /// the source's change since, as far as that lies within the leeway around the mean colour, which
-    /// `fills` has. Of all colours within the leeway it is the one with the least flicker, the sum of
-    /// |change of the output - change of the source|: grain, and what passes through a corner of the
-    /// triangle, do not touch it. `coherence` 0 changes nothing.
-    pub fn steady(
-        &self,
-        mesh: &Mesh,
-        frame: &Frame,
-        fills: &mut [Fill],
-        coherence: f64,
-        rows: u32,
-    ) {
-        let leeway = (LEEWAY * coherence).round() as u8;
-        if leeway == 0 || self.missed.len() != frame.size().pixels() || !frame.is_opaque() {
-            return;
-        }
-        let width = frame.size().width as usize;
-        fills.par_chunks_mut(PACK).enumerate().for_each(|(pack, fills)| {
-            let mut votes = Votes::default();
-            for (i, fill) in fills.iter_mut().enumerate() {
-                votes.clear();
-                let passed_over = rows.max(fill.area / PLENTY).next_power_of_two() - 1;
-                scan::spans(
-                    mesh.triangle(pack * PACK + i),
-                    0..frame.size().height,
-                    |y, columns| {
-                        if y & passed_over == 0 {
-                            let at = y as usize * width + columns.start;
-                            votes.add(&frame.pixels()[at..], &self.missed[at..], columns.len());
-                        }
-                    },
-                );
-                if votes.count() >= ENOUGH {
-                    fill.colour = votes.median(fill.colour, leeway);
-                }
+    /// Draws the colours of triangles that were there in the last frame (the same three vertices)
+    /// towards what they were: a change within the shimmer is not made, one of twice as much is made
+    /// by half, and one of four times as much and more is made whole, so that what moves does not
+    /// smear. Takes the colours up for the next frame. `coherence` 0 changes nothing.
+    pub fn steady(&mut self, mesh: &Mesh, fills: &mut [Fill], coherence: f64) {
+        let shimmer = (SHIMMER * coherence).round() as i32;
+        std::mem::swap(&mut self.colours, &mut self.last);
+        self.colours.clear();
+        let mut old = self.triangles.iter().zip(&self.last).peekable();
+        for (triangle, fill) in mesh.triangles.iter().zip(fills) {
+            // Both lists are sorted: walk along.
+            while old.next_if(|(t, _)| *t < triangle).is_some() {}
+            if let Some((_, &before)) = old.next_if(|(t, _)| *t == triangle) {
+                fill.colour = approach(before, fill.colour, shimmer);
             }
-        });
-    }
-
-    /// Takes up a frame and what was painted for it, colours as they were found. Frames that are not
-    /// opaque are not remembered.
-    pub fn remember(&mut self, frame: &Frame, painted: &[Rgba]) {
-        self.forget();
-        if !frame.is_opaque() || painted.len() != frame.size().pixels() {
-            return;
+            self.colours.push(fill.colour);
         }
-        self.missed.resize(painted.len(), [0; 4]);
-        let parts = self.missed.par_chunks_mut(PART).zip(painted.par_chunks(PART));
-        parts.zip(frame.pixels().par_chunks(PART)).for_each(|((missed, painted), source)| {
-            let (painted, source) = (painted.as_flattened(), source.as_flattened());
-            let all = missed.as_flattened_mut().iter_mut().zip(painted).zip(source);
-            all.for_each(|((missed, &painted), &source)| {
-                *missed = signed(painted).saturating_sub(signed(source));
-            });
-        });
+        self.triangles.clone_from(&mesh.triangles);
     }
 
     /// Forgets everything: a new shot begins.
     pub fn forget(&mut self) {
-        self.missed.clear();
+        self.triangles.clear();
+        self.colours.clear();
     }
 }
 
-/// Pixels that are worked on as one piece.
-const PART: usize = 1 << 14;
-
-/// 0..255 as -128..127: differences stay the same, and one instruction of the machine adds sixteen of
-/// them without running over.
-#[inline(always)]
-fn signed(value: u8) -> i8 {
-    (value ^ 0x80) as i8
-}
-
-/// What [`signed`] made signed.
-#[inline(always)]
-fn unsigned(value: i8) -> u8 {
-    value as u8 ^ 0x80
+/// `now`, or a colour on the way to it from `before`.
+fn approach(before: Rgba, now: Rgba, shimmer: i32) -> Rgba {
+    let difference = |c: usize| i32::from(now[c]) - i32::from(before[c]);
+    let largest = (0..4).map(|c| difference(c).abs()).max().unwrap_or(0);
+    if largest <= shimmer {
+        return before;
+    }
+    if largest >= 4 * shimmer {
+        return now;
+    }
+    // From nothing at `shimmer` to all at four times as much.
+    let (part, whole) = (largest - shimmer, 3 * shimmer);
+    [0, 1, 2, 3].map(|c| {
+        let step = difference(c) * part;
+        let rounded = (2 * step + whole * step.signum()) / (2 * whole);
+        (i32::from(before[c]) + rounded) as u8
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geom::Size;
-    use crate::rasterise::{Painter, means};
     use crate::triangulate::triangulate;
 
-    const SIZE: Size = Size::new(24, 16);
-
-    /// Paints frames whose left part is of one grey and whose right part of another, on two triangles;
-    /// returns the colours of the first.
-    fn colours(steps: &[(u8, u8)], leeway: f64) -> Vec<u8> {
-        let mesh = triangulate(SIZE, &[]).expect("corners");
+    fn colours(steps: &[u8], coherence: f64) -> Vec<u8> {
+        let mesh = triangulate(Size::new(4, 4), &[]).expect("corners");
         let mut memory = Memory::default();
-        let paint = |&(left, right): &(u8, u8)| {
-            let grey = |i: usize| if i % 24 < 18 { left } else { right };
-            let pixels = (0..SIZE.pixels()).map(|i| [grey(i), grey(i), grey(i), 255]).collect();
-            let frame = Frame::new(SIZE, pixels).expect("a small frame");
-            let mut fills = means(&mesh, &frame);
-            memory.steady(&mesh, &frame, &mut fills, leeway / LEEWAY, 1);
-            let mut painted = vec![[0; 4]; SIZE.pixels()];
-            crate::rasterise::fill(&mesh, &fills, &mut painted);
-            memory.remember(&frame, &painted);
+        let paint = |&grey: &u8| {
+            let mut fills = [Fill { colour: [grey, grey, grey, 255], area: 8 }; 2];
+            memory.steady(&mesh, &mut fills, coherence);
             fills[0].colour[0]
         };
         steps.iter().map(paint).collect()
     }
 
     #[test]
-    fn what_passes_through_a_corner_is_not_seen() {
-        let steps = [(100, 100), (100, 108), (100, 92), (100, 100)];
-        assert_eq!(colours(&steps, 3.0), [100; 4]);
-        assert_ne!(colours(&steps, 0.0), [100; 4], "the means do not change: this proves nothing");
+    fn shimmer_is_held_and_leaps_are_made() {
+        assert_eq!(colours(&[100, 101, 99, 100, 101], 0.5), [100; 5]);
+        assert_eq!(colours(&[100, 140, 100], 0.5), [100, 140, 100]);
+        assert_eq!(colours(&[100, 102, 99], 0.0), [100, 102, 99]);
     }
 
     #[test]
-    fn what_changes_as_a_whole_is_followed_at_once() {
-        assert_eq!(colours(&[(100, 100), (103, 103), (90, 90)], 3.0), [100, 103, 90]);
+    fn what_stays_is_reached_and_then_held() {
+        let seen = colours(&[100, 106, 106, 106, 106, 106, 106, 106], 0.5);
+        assert!(seen.windows(2).all(|w| w[0] <= w[1]), "{seen:?}");
+        assert!(seen[7].abs_diff(106) <= 2, "{seen:?}");
+        assert_eq!(seen[6], seen[7]);
     }
 
     #[test]
-    fn the_mean_is_never_further_than_the_leeway() {
-        let seen = colours(&[(100, 100), (100, 220), (100, 220)], 3.0);
-        let mean = colours(&[(100, 220)], 0.0)[0];
-        assert!(mean > 106 && seen[1] == mean - 3 && seen[2] == mean - 3, "{seen:?}, mean {mean}");
-    }
-
-    #[test]
-    fn lines_and_grades_are_not_remembered() {
-        use crate::options::{Colour, Options};
-        let outlined = Options { outline: Some(Colour([0, 0, 0, 255])), ..Options::default() };
-        let grey = |level: u8| Frame::filled(SIZE, [level, level, level, 255]).expect("grey");
-        let mesh = triangulate(SIZE, &[]).expect("corners");
-        let mut painter = Painter::new(&outlined);
-        for level in [100, 103] {
-            let painting = painter.paint(&mesh, &grey(level), false, 1, Vec::new());
-            assert_eq!(painting.fills[0].colour, [level, level, level, 255]);
-        }
+    fn new_triangles_have_no_memory() {
+        let size = Size::new(4, 4);
+        let (a, b) = (
+            triangulate(size, &[]).expect("two"),
+            triangulate(size, &[crate::geom::Point::pixel_centre(1, 1)]).expect("four"),
+        );
+        let mut memory = Memory::default();
+        let fill = |grey| Fill { colour: [grey, grey, grey, 255], area: 1 };
+        memory.steady(&a, &mut [fill(10); 2], 1.0);
+        let mut fills = [fill(11); 4];
+        memory.steady(&b, &mut fills, 1.0);
+        assert_eq!(fills, [fill(11); 4]);
     }
 }

@@ -3,6 +3,7 @@
 pub mod memory;
 mod sparse;
 mod style;
+mod tally;
 
 use rayon::prelude::*;
 
@@ -10,10 +11,12 @@ use crate::frame::{Fill, Frame, Rgba};
 use crate::geom::Point;
 use crate::mesh::Mesh;
 use crate::options::Options;
-use crate::scan;
+use crate::scan::{self, runs};
+use crate::vector::widest;
 use memory::Memory;
 use sparse::sparse_means;
 use style::Style;
+use tally::Tally;
 
 /// A painted mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,13 +40,20 @@ pub struct Painter {
     style: Style,
     coherence: f64,
     memory: Memory,
+    /// Pixels of a picture that is no longer needed.
+    spent: Vec<Rgba>,
 }
 
 impl Painter {
     /// A painter as `options` ask for it.
     pub fn new(options: &Options) -> Self {
         let style = Style::of(options);
-        Self { style, coherence: options.coherence, memory: Memory::default() }
+        Self { style, coherence: options.coherence, memory: Memory::default(), spent: Vec::new() }
+    }
+
+    /// Takes the pixels of a picture that is no longer needed: the next one is painted in their memory.
+    pub fn reuse(&mut self, spent: Vec<Rgba>) {
+        self.spent = spent;
     }
 
     /// Changes the options from the next frame on.
@@ -74,21 +84,9 @@ impl Painter {
             self.memory.forget();
         }
         if self.coherence > 0.0 {
-            self.memory.steady(mesh, frame, &mut fills, self.coherence, rows);
+            self.memory.steady(mesh, &mut fills, self.coherence);
         }
-        let colours = self.style.changes_pixels().then(|| fills.clone());
-        let painting = paint(mesh, fills, &self.style);
-        if self.coherence > 0.0 {
-            match colours {
-                Some(fills) => {
-                    let mut pixels = vec![[0; 4]; mesh.size.pixels()];
-                    fill(mesh, &fills, &mut pixels);
-                    self.memory.remember(frame, &pixels);
-                }
-                None => self.memory.remember(frame, painting.frame.pixels()),
-            }
-        }
-        painting
+        paint(mesh, fills, &self.style, std::mem::take(&mut self.spent))
     }
 }
 
@@ -98,120 +96,61 @@ impl Painter {
 /// A transparent pixel weighs nothing in the mean; the triangle's alpha is the mean alpha. Mesh and
 /// frame must have one size.
 pub fn rasterise(mesh: &Mesh, frame: &Frame, outline: Option<Rgba>) -> Painting {
-    paint(mesh, means(mesh, frame), &Style::plain(outline))
+    paint(mesh, means(mesh, frame), &Style::plain(outline), Vec::new())
 }
 
-fn paint(mesh: &Mesh, mut fills: Vec<Fill>, style: &Style) -> Painting {
-    let mut pixels = vec![[0; 4]; mesh.size.pixels()];
+/// The picture, in the memory of `pixels`.
+fn paint(mesh: &Mesh, mut fills: Vec<Fill>, style: &Style, mut pixels: Vec<Rgba>) -> Painting {
+    pixels.resize(mesh.size.pixels(), [0; 4]);
     let lined = style.outline.is_some();
     let colours = if lined { fills.iter().map(|f| f.colour).collect() } else { Vec::new() };
     style.grade(&mut fills);
     fill(mesh, &fills, &mut pixels);
     fills.extend(style.draw(&mut pixels, mesh, &colours));
-    let frame = Frame::new(mesh.size, pixels).expect("as many pixels as the mesh covers");
+    let opaque = fills.iter().all(|fill| fill.colour[3] == 255);
+    let new = if opaque { Frame::opaque } else { Frame::new };
+    let frame = new(mesh.size, pixels).expect("as many pixels as the mesh covers");
     Painting { frame, fills }
 }
 
 /// The mean colour and the area of each triangle. One that covers no pixel's centre has the colour of
 /// the pixel below its centroid, and no area.
 pub fn means(mesh: &Mesh, frame: &Frame) -> Vec<Fill> {
-    each_triangle(mesh, |triangle| mean(frame, triangle))
+    each_triangle(
+        mesh,
+        #[inline(always)]
+        |triangle| mean(frame, triangle),
+    )
 }
 
 /// What `find` finds for each triangle of `mesh`, in parallel.
 fn each_triangle(mesh: &Mesh, find: impl Fn([Point; 3]) -> Fill + Sync) -> Vec<Fill> {
     let mut fills = vec![Fill { colour: [0; 4], area: 0 }; mesh.triangles.len()];
     fills.par_chunks_mut(PACK).enumerate().for_each(|(pack, fills)| {
-        for (i, fill) in fills.iter_mut().enumerate() {
-            *fill = find(mesh.triangle(pack * PACK + i));
-        }
+        widest(
+            #[inline(always)]
+            || {
+                for (i, fill) in fills.iter_mut().enumerate() {
+                    *fill = find(mesh.triangle(pack * PACK + i));
+                }
+            },
+        );
     });
     fills
 }
 
+#[inline(always)]
 fn mean(frame: &Frame, triangle: [Point; 3]) -> Fill {
-    let all = Tally::of(frame, triangle, |_| true);
+    let all = Tally::of(
+        frame,
+        triangle,
+        #[inline(always)]
+        |_| true,
+    );
     if all.area == 0 {
         return Fill { colour: below_centroid(frame, triangle), area: 0 };
     }
     all.fill()
-}
-
-/// `sum / count`, rounded to the nearest, halves up.
-fn rounded(sum: u64, count: u64) -> u8 {
-    ((sum + count / 2) / count) as u8
-}
-
-/// What the pixels of a triangle add up to, in those rows of the frame that are looked at.
-#[derive(Clone, Copy, Debug, Default)]
-struct Tally {
-    /// Pixels in all rows.
-    area: u32,
-    /// Pixels that were looked at.
-    seen: u64,
-    /// Red, green and blue, each pixel's as often as it weighs: once where all are opaque, else as much
-    /// as can be seen of it.
-    colour: [u64; 3],
-    weight: u64,
-    alpha: u64,
-}
-
-impl Tally {
-    #[inline]
-    fn of(frame: &Frame, triangle: [Point; 3], looked_at: impl Fn(u32) -> bool) -> Self {
-        let mut tally = Self::default();
-        let opaque = frame.is_opaque();
-        scan::spans(triangle, 0..frame.size().height, |y, columns| {
-            tally.area += columns.len() as u32;
-            if looked_at(y) {
-                let pixels = &frame.row(y)[columns];
-                tally.seen += pixels.len() as u64;
-                if opaque { tally.add_opaque(pixels) } else { tally.add_weighted(pixels) }
-            }
-        });
-        if opaque {
-            tally.alpha = 255 * tally.seen;
-        }
-        tally.weight = if opaque { tally.seen } else { tally.alpha };
-        tally
-    }
-
-    #[inline]
-    fn add_opaque(&mut self, pixels: &[Rgba]) {
-        // Red and blue side by side in one number: 256 of them stay below 2^16.
-        for piece in pixels.chunks(256) {
-            let (mut red_blue, mut green) = (0u32, 0u32);
-            for &pixel in piece {
-                let pixel = u32::from_le_bytes(pixel);
-                red_blue += pixel & 0x00ff_00ff;
-                green += pixel >> 8 & 0xff;
-            }
-            self.colour[0] += u64::from(red_blue & 0xffff);
-            self.colour[1] += u64::from(green);
-            self.colour[2] += u64::from(red_blue >> 16);
-        }
-    }
-
-    #[inline]
-    fn add_weighted(&mut self, pixels: &[Rgba]) {
-        for &[r, g, b, a] in pixels {
-            let weight = u64::from(a);
-            for (sum, channel) in self.colour.iter_mut().zip([r, g, b]) {
-                *sum += weight * u64::from(channel);
-            }
-            self.alpha += weight;
-        }
-    }
-
-    /// The mean of the pixels that were looked at, of which there must be any.
-    fn fill(&self) -> Fill {
-        let alpha = rounded(self.alpha, self.seen);
-        if alpha == 0 {
-            return Fill { colour: [0; 4], area: self.area };
-        }
-        let [r, g, b] = self.colour.map(|sum| rounded(sum, self.weight));
-        Fill { colour: [r, g, b, alpha], area: self.area }
-    }
 }
 
 /// `fills` with the colours of those triangles that cover no pixel's centre.
@@ -228,20 +167,15 @@ fn below_centroid(frame: &Frame, [a, b, c]: [Point; 3]) -> Rgba {
     frame.at(x, y)
 }
 
-/// Paints the triangles of `mesh` in the colours of `fills` on `pixels`, which are of its size.
+/// Paints the triangles of `mesh` in the colours of `fills` on `pixels`, which are of its size. What has
+/// alpha 0 becomes transparent black.
 fn fill(mesh: &Mesh, fills: &[Fill], pixels: &mut [Rgba]) {
     let width = mesh.size.width as usize;
     let bands = triangles_by_band(mesh);
     pixels.par_chunks_mut(width * BAND as usize).zip(bands).enumerate().for_each(
         |(band, (pixels, triangles))| {
-            let first = band as u32 * BAND;
-            for t in triangles {
-                let colour = fills[t as usize].colour;
-                scan::spans(mesh.triangle(t as usize), first..first + BAND, |y, columns| {
-                    let row = (y - first) as usize * width;
-                    pixels[row + columns.start..row + columns.end].fill(colour);
-                });
-            }
+            let colour = |t: u32| (mesh.triangle(t as usize), fills[t as usize].colour);
+            runs::fill(triangles.into_iter().map(colour), band as u32 * BAND, width, pixels);
         },
     );
 }

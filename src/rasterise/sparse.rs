@@ -1,6 +1,7 @@
 //! Mean colours from a sparser sample: cheaper, and hardly to be seen in large triangles.
 
-use super::{Tally, each_triangle, mean};
+use super::tally::Tally;
+use super::{each_triangle, mean};
 use crate::frame::{Fill, Frame};
 use crate::mesh::Mesh;
 use crate::scan;

@@ -34,17 +34,15 @@ impl Style {
         }
     }
 
-    /// Whether anything but the colours as they were found comes out.
-    pub(super) fn changes_pixels(&self) -> bool {
-        self.outline.is_some() || self.saturation != 1.0 || self.wash != 0.0
-    }
-
     /// Changes the colours as asked for.
     pub(super) fn grade(&self, fills: &mut [Fill]) {
         if self.saturation == 1.0 && self.wash == 0.0 {
             return;
         }
         for Fill { colour, .. } in fills {
+            if colour[3] == 0 {
+                continue;
+            }
             let grey = f64::from(luma(*colour));
             for channel in &mut colour[..3] {
                 let vivid = grey + self.saturation * (f64::from(*channel) - grey);

@@ -8,6 +8,7 @@ use super::force::gradient;
 use super::rest::Rest;
 use super::ring::Ring;
 use super::rows::RowSums;
+use super::share::Share;
 use super::sums::Sums;
 use super::surface::{Cost, NONE, Surface, previous};
 use crate::geom::{Point, SUBPIXEL};
@@ -31,6 +32,17 @@ const PROMISE: f64 = 0.5;
 
 /// A vertex whose slope promises less than this share is left alone for a while.
 const IDLE: f64 = 0.25;
+
+/// Places that a vertex tries on its way until one gains enough.
+const TRIALS: usize = 2;
+
+/// The shortest and the longest next trial, as shares of one that failed.
+const SHORTEST: f64 = 0.1;
+const SHORTER: f64 = 0.6;
+
+/// By how much more a step that gains is tried, and from how much on that is worth a trial.
+const LONGER: f64 = 2.0;
+const WORTH_LONGER: f64 = 1.3;
 
 /// Vertices that one piece of work looks at.
 const PACK: usize = 32;
@@ -57,13 +69,15 @@ struct Visits {
 }
 
 /// Vertices that take their turns together, so that what surrounds them stays in the cache.
-const BLOCK: usize = 768;
+const BLOCK: usize = 4096;
 
 /// The descent of all vertices.
 #[derive(Debug, Default)]
 pub(super) struct Descent {
     /// How far each vertex tries to go, in 1/256 pixel; 0 when it last slept.
     reach: Vec<i32>,
+    /// The vertices that a step is for.
+    turn: Vec<u32>,
     colouring: Colouring,
     found: Vec<Visits>,
 }
@@ -82,14 +96,21 @@ impl Descent {
         }
     }
 
-    /// Lets every vertex that is awake take a step. Returns how many moved.
-    pub(super) fn step(&mut self, surface: &mut Surface, rest: &mut Rest, field: Field) -> usize {
+    /// Lets every vertex of `share` that is awake take a step. Returns how many moved.
+    pub(super) fn step(
+        &mut self,
+        surface: &mut Surface,
+        share: Share,
+        rest: &mut Rest,
+        field: Field,
+    ) -> usize {
         surface.clock += 1;
+        self.turn.clear();
+        self.turn.extend(share.of(&surface.order));
         let mut moved = 0;
-        for block in 0..surface.order.len().div_ceil(BLOCK) {
-            let end = ((block + 1) * BLOCK).min(surface.order.len());
+        for block in self.turn.chunks(BLOCK) {
             let here = &*surface;
-            self.colouring.colour(here, &here.order[block * BLOCK..end], |v| {
+            self.colouring.colour(here, block, |v| {
                 here.awake[v as usize] && rest.allows(v) && rest.is_rested(v)
             });
             for class in &self.colouring.classes {
@@ -139,7 +160,7 @@ fn visit(surface: &Surface, v: u32, reach: i32, field: Field, ring: &mut Ring, o
         Place::LevelBorder => (gx, 0.0),
         Place::Interior => (gx, gy),
     };
-    let length = gx.hypot(gy);
+    let length = (gx * gx + gy * gy).sqrt();
     let reach = reach.clamp(LEAST_REACH, MOST_REACH);
     let promise = length * f64::from(reach) / f64::from(SUBPIXEL);
     if promise <= PROMISE * field.least_gain {
@@ -150,10 +171,10 @@ fn visit(surface: &Surface, v: u32, reach: i32, field: Field, ring: &mut Ring, o
     ring.sum_up(surface);
     let direction = (-gx / length, -gy / length);
     let before: Cost = ring.links.iter().map(|&h| surface.cost[h as usize / 3]).sum();
-    let mut line = Line { ring, from, direction, before, field };
+    let mut line = Line { ring, from, direction, slope: length, before, field };
     let (to, reach) = line.search(reach);
     if let Some(to) = to {
-        out.spokes.extend_from_slice(&ring.spokes);
+        out.spokes.extend_from_slice(ring.distinct_spokes());
         out.costs.extend((0..ring.len()).map(|i| ring.triangle_cost(field.rows, i, to)));
     }
     out.visits.push(Visit { vertex: v, to, reach, sleeps: reach == 0, idle: false });
@@ -164,6 +185,8 @@ struct Line<'a, 'b> {
     ring: &'a mut Ring,
     from: Point,
     direction: (f64, f64),
+    /// What a pixel of it gains at its beginning, in squared 8-bit steps.
+    slope: f64,
     before: Cost,
     field: Field<'b>,
 }
@@ -175,33 +198,42 @@ impl Line<'_, '_> {
         Point::new(self.from.x + part(x), self.from.y + part(y))
     }
 
+    /// What it gains to go to `to`; minus infinity where the mesh would turn over. Never positive when
+    /// the error itself would rise.
     fn gain(&mut self, to: Point) -> f64 {
         let Field { rows, weight, .. } = self.field;
         let after = self.ring.try_at(rows, to);
         after.map_or(f64::NEG_INFINITY, |after| self.before.gain(after, weight))
     }
 
-    /// Doubles the step while that gains, or shortens it until it does. Returns the place, with the
-    /// ring's spokes for it, and the reach for the next time; 0 when even the least step fails.
+    /// Looks for the top of the gain along the way: a parabola with the slope at the start goes through
+    /// each place that was tried, and tells the next one. Returns the place, with the ring's spokes for
+    /// it, and the reach for the next time; 0 when nothing is to be hoped for on this way.
     fn search(&mut self, reach: i32) -> (Option<Point>, i32) {
         let mut reach = reach;
-        for _ in 0..2 {
+        for _ in 0..TRIALS {
             let to = self.point(reach);
             let gain = self.gain(to);
+            let promise = self.slope * f64::from(reach) / f64::from(SUBPIXEL);
+            // Where the parabola has its top, as a share of the reach.
+            let top = if gain < promise { 0.5 * promise / (promise - gain) } else { f64::INFINITY };
             if gain > self.field.least_gain {
-                return self.stretch(to, gain, reach);
+                return self.stretch(to, gain, reach, top);
             }
-            if reach == LEAST_REACH {
+            let hope = if gain.is_finite() { 0.5 * promise * top } else { promise * SHORTER };
+            if reach == LEAST_REACH || hope <= PROMISE * self.field.least_gain {
                 return (None, 0);
             }
-            reach = (reach * 2 / 5).max(LEAST_REACH);
+            let shorter = f64::from(reach) * top.clamp(SHORTEST, SHORTER);
+            reach = (shorter as i32).max(LEAST_REACH);
         }
         (None, reach)
     }
 
-    fn stretch(&mut self, to: Point, gain: f64, reach: i32) -> (Option<Point>, i32) {
-        let longer = reach * 2;
-        if longer > MOST_REACH {
+    /// Goes on from `to`, where it gains `gain`, as far as the top of the parabola, if that is further.
+    fn stretch(&mut self, to: Point, gain: f64, reach: i32, top: f64) -> (Option<Point>, i32) {
+        let longer = (f64::from(reach) * top.min(LONGER)) as i32;
+        if top < WORTH_LONGER || longer > MOST_REACH {
             return (Some(to), reach);
         }
         self.ring.keep();

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::surface::Surface;
 use crate::frame::{Frame, Rgba};
 use crate::geom::Point;
-use crate::scan;
+use crate::scan::{self, runs};
 use crate::vector::widest;
 
 /// Rows that are mixed as one piece of work.
@@ -54,12 +54,7 @@ impl Echo {
         let parts = pixels.par_chunks_mut(width * BAND as usize).zip(bands).enumerate();
         parts.for_each(|(band, (pixels, triangles))| {
             let first = band as u32 * BAND;
-            for (corners, colour) in triangles {
-                scan::spans(corners, first..first + BAND, |y, columns| {
-                    let row = (y - first) as usize * width;
-                    pixels[row + columns.start..row + columns.end].fill(colour);
-                });
-            }
+            runs::fill(triangles.into_iter(), first, width, pixels);
             let here = first as usize * width..first as usize * width + pixels.len();
             let (now, then) = (&frame.pixels()[here.clone()], &self.source[here]);
             let bytes = pixels.as_flattened_mut();
@@ -68,7 +63,7 @@ impl Echo {
                 || mix(bytes, now.as_flattened(), then.as_flattened(), share),
             );
         });
-        Frame::new(size, pixels).ok()
+        Frame::opaque(size, pixels).ok()
     }
 
     /// Takes a frame of [`Echo::answer`] back, to use its memory again.

@@ -76,8 +76,8 @@ fn turned(surface: &Surface, h: u32, field: Field) -> Option<(Sums, Cost, Cost)>
     let before = surface.cost[h as usize / 3] + surface.cost[g as usize / 3];
     let sums = field.rows.edge(d, c);
     let side = |h: u32| surface.sums[h as usize];
-    let front = Cost::of(field.rows, &(side(next(g)) + sums + side(previous(h))), a, d, c);
-    let back = Cost::of(field.rows, &(side(next(h)) - sums + side(previous(g))), b, c, d);
+    let front = Cost::of(field.rows, &(side(next(g)) + sums + side(previous(h))), [a, d, c]);
+    let back = Cost::of(field.rows, &(side(next(h)) - sums + side(previous(g))), [b, c, d]);
     let gain = before.gain(front + back, field.weight);
     (gain > field.least_gain).then_some((sums, front, back))
 }

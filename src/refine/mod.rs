@@ -25,6 +25,7 @@ mod rest;
 mod ring;
 mod rows;
 mod shape;
+mod share;
 mod sums;
 mod surface;
 #[cfg(test)]
@@ -38,6 +39,7 @@ use flip::flip;
 use replace::{Worth, replace, turns};
 use rest::Rest;
 use rows::RowSums;
+use share::Share;
 use surface::Surface;
 
 /// How to refine a mesh.
@@ -45,6 +47,9 @@ use surface::Surface;
 pub struct RefineOptions {
     /// Steps at most; fewer are done where nothing is left to gain.
     pub steps: u32,
+    /// Eighths of one step more: it visits that share of the vertices, which take turns over the frames
+    /// of a video. 0..=7.
+    pub part: u32,
     /// How much well-shaped triangles count against the error, 0 (not at all: any sliver that fits)
     /// to 1 (no change makes triangles flatter on the whole).
     pub regularity: f64,
@@ -70,6 +75,7 @@ impl RefineOptions {
     pub const fn draft() -> Self {
         Self {
             steps: 0,
+            part: 0,
             regularity: REGULARITY,
             replace: 0.0,
             threshold: 0.01,
@@ -90,14 +96,19 @@ impl RefineOptions {
 
     /// A frame of a video whose mesh comes from the frame before.
     pub const fn live() -> Self {
-        Self { steps: 2, replace: 0.04, threshold: 0.02, ..Self::draft() }
+        Self { steps: 2, replace: 0.03, threshold: 0.02, ..Self::draft() }
+    }
+
+    /// Steps, one in part among them.
+    pub(crate) fn passes(&self) -> u32 {
+        self.steps + u32::from(self.part > 0)
     }
 }
 
 /// What a refinement did.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Refined {
-    /// Steps that were done.
+    /// Steps that were done, the last perhaps in part.
     pub steps: u32,
     /// Squared error before: the sum over pixels and channels of (picture - mesh)^2, 0..255 each,
     /// colours premultiplied by alpha, and alpha itself where the frame is not opaque.
@@ -132,6 +143,8 @@ pub struct Refiner {
     rest: Rest,
     echo: Echo,
     edges: Vec<Vec<u32>>,
+    /// The stripe of vertices that comes next where a step is done in part.
+    stripe: u32,
 }
 
 /// Refines `mesh` against `frame`, which must have its size. See [`Refiner::refine`].
@@ -166,7 +179,7 @@ impl Refiner {
         watch: Option<Watch<'_>>,
     ) -> Refined {
         self.echo.forget();
-        if mesh.size != frame.size() || options.steps == 0 {
+        if mesh.size != frame.size() || options.passes() == 0 {
             return Refined::default();
         }
         self.echo.hear(frame, options.echo);
@@ -174,10 +187,27 @@ impl Refiner {
             self.rows.load(frame);
             self.surface.link(mesh);
             self.surface.measure(&self.rows);
-            self.descent.reset(self.surface.at.len());
-            self.worth.start_anew();
+            self.begin();
             self.run(mesh, frame, options, false, watch)
         })
+    }
+
+    /// Takes up a new `mesh` that is not to be refined before the next frame, for which
+    /// [`Refiner::resume`] then has less to do.
+    pub fn prepare(&mut self, mesh: &Mesh) {
+        self.surface.link(mesh);
+        self.surface.stored.clone_from(&mesh.triangles);
+        // All triangles count as changed in the next frame.
+        self.surface.clock = 0;
+        self.rest.reset(&self.surface);
+        self.begin();
+    }
+
+    /// Nothing is known of the mesh yet.
+    fn begin(&mut self) {
+        self.descent.reset(self.surface.at.len());
+        self.worth.start_anew();
+        self.stripe = 0;
     }
 
     /// Refines `mesh` as it came out of the frame before, its vertices perhaps carried along with the
@@ -194,7 +224,7 @@ impl Refiner {
         let same = mesh.size == self.surface.size
             && mesh.vertices.len() == self.surface.at.len()
             && mesh.triangles.len() == self.surface.triangles();
-        if !same || mesh.size != frame.size() || options.steps == 0 {
+        if !same || mesh.size != frame.size() || options.passes() == 0 {
             return self.refine(mesh, frame, options);
         }
         rayon::scope(|_| {
@@ -219,10 +249,12 @@ impl Refiner {
         carried: bool,
         mut watch: Option<Watch<'_>>,
     ) -> Refined {
-        let Self { rows, surface, descent, worth, rest, edges, echo: _ } = self;
+        let Self { rows, surface, descent, worth, rest, edges, stripe, echo: _ } = self;
         let field = Field::new(rows, frame, surface.triangles(), options);
+        let part = Share::new(*stripe, options.part);
+        *stripe = part.next();
         if carried {
-            rest.wake(surface, field);
+            rest.wake(surface, if options.steps > 0 { Share::ALL } else { part }, field);
         } else {
             rest.reset(surface);
         }
@@ -232,16 +264,17 @@ impl Refiner {
         let begin = surface.clock;
         let mut since = begin;
         let (mut still, turns) = (0, turns(surface.at.len(), most));
-        for _ in 0..options.steps {
+        for pass in 0..options.passes() {
             if let Some(watch) = &mut watch {
                 surface.store(mesh);
                 if !watch(mesh, surface.error(rows)) {
                     break;
                 }
             }
-            let mut replaced = replace(surface, worth, rest, most, field);
+            let share = if pass < options.steps { Share::ALL } else { part };
+            let mut replaced = replace(surface, worth, rest, share.count(most), field);
             descent.start_anew(&replaced);
-            let moved = descent.step(surface, rest, field);
+            let moved = descent.step(surface, share, rest, field);
             let flipped = flip(surface, rest, since, field, edges);
             since = surface.clock;
             refined.steps += 1;
@@ -259,9 +292,9 @@ impl Refiner {
         // Both are sums of rounded numbers: a mesh that stayed as it was has not got worse.
         refined.error_after = surface.error(rows).min(refined.error_before);
         rest.settle(surface, begin);
-        let stored = surface.store(mesh);
+        surface.store(mesh);
         if frame.is_opaque() {
-            refined.fills = stored.into_iter().map(|t| surface.total(rows, t).fill()).collect();
+            refined.fills = surface.stored_fills(rows);
         }
         refined
     }

@@ -74,7 +74,7 @@ impl Closing {
 
     fn triangle_cost(&self, rows: &RowSums, ends: &[Point], [i, m, j]: [usize; 3]) -> Cost {
         let sums = self.chord[i][m] + self.chord[m][j] - self.chord[i][j];
-        Cost::of(rows, &sums, ends[i], ends[m], ends[j])
+        Cost::of(rows, &sums, [ends[i], ends[m], ends[j]])
     }
 }
 

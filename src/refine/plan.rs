@@ -1,11 +1,11 @@
 //! How much a frame is refined.
 
 use super::RefineOptions;
-use crate::options::{Detail, Options, Quality};
+use crate::options::{Detail, Options, Quality, Steps};
 
 /// The least number of steps that the first frame of a shot gets, where any are done at all: the
 /// frames after it start from its mesh.
-const SHOT_STEPS: u32 = 6;
+const SHOT_STEPS: u32 = 4;
 
 /// [`RefineOptions::echo`] at coherence 1. With more no clip flickers less, and likeness goes on falling.
 const MOST_ECHO: f64 = 0.7;
@@ -31,8 +31,9 @@ impl RefineOptions {
     /// none there are none.
     #[must_use]
     pub fn at(self, detail: &Detail) -> Self {
-        let steps = detail.steps.filter(|_| self.steps > 0).unwrap_or(self.steps);
-        Self { steps, ..self }
+        let steps = detail.steps.filter(|_| self.steps > 0);
+        let steps = steps.unwrap_or(Steps::new(self.steps));
+        Self { steps: steps.whole(), part: steps.part(), ..self }
     }
 
     fn fresh(options: &Options) -> Self {

@@ -316,8 +316,10 @@ fn best_opening(surface: &Surface, t: u32, field: Field, ring: &mut Ring) -> Opt
     settle(site, place, site.cost(surface), field, ring)
 }
 
-/// Steps that a new vertex takes before its gain is counted.
-const SETTLING: usize = 4;
+/// Steps that a new vertex takes before its gain is counted, and where it is looked at
+/// [closely](super::RefineOptions::closely): it will go on with all others.
+const SETTLING: usize = 2;
+const CLOSE_SETTLING: usize = 4;
 
 fn settle(
     site: Site,
@@ -330,7 +332,7 @@ fn settle(
     let mut place = start;
     let mut cost = ring.try_at(field.rows, place)?;
     let mut reach = 2.0 * f64::from(crate::geom::SUBPIXEL);
-    for _ in 0..SETTLING {
+    for _ in 0..if field.closely { CLOSE_SETTLING } else { SETTLING } {
         let mean = |i: usize| ring.total(field.rows, i, place).mean();
         let (gx, gy) = gradient(field, place, ring, mean);
         let length = gx.hypot(gy);

@@ -1,14 +1,15 @@
 //! Which parts of a video's mesh rest: where the picture stands still, so does the mesh.
 
 use super::Field;
+use super::share::Share;
 use super::surface::{Mean, Surface};
 
-/// Frames during which a vertex may still change after the picture around it has come to rest. With a
-/// step or two a frame that is enough to settle; a still picture is then the same for good before its
-/// tenth frame.
+/// Frames with a turn of its own during which a vertex may still change after the picture around it has
+/// come to rest. With a step or two a frame that is enough to settle; a still picture is then the same
+/// for good before its tenth frame.
 const CALM: u8 = 6;
 
-/// The most frames that a vertex is left alone for.
+/// The most turns that a vertex is left alone for.
 const LONGEST_NAP: u8 = 2;
 
 /// What has to change in the painted triangle to wake its corners, as a share of the least gain.
@@ -18,9 +19,9 @@ const WAKING: f64 = 0.5;
 /// What is remembered from frame to frame of where the picture moves.
 #[derive(Debug, Default)]
 pub(super) struct Rest {
-    /// Frames since the picture last changed around each vertex.
+    /// Frames in which it had its turn since the picture last changed around each vertex.
     calm: Vec<u8>,
-    /// Frames for which each vertex takes a rest, because the last look at it promised nothing.
+    /// Such frames for which each vertex takes a rest, because the last look at it promised nothing.
     nap: Vec<u8>,
     /// How many such looks there were in a row, up to [`LONGEST_NAP`].
     tired: Vec<u8>,
@@ -72,13 +73,13 @@ impl Rest {
     }
 
     /// A new frame: wakes the corners of the triangles whose mean colour has changed by more than
-    /// noise since they were last awake; slow changes add up.
-    pub(super) fn wake(&mut self, surface: &mut Surface, field: Field) {
+    /// noise since they were last awake; slow changes add up. Time passes for the vertices of `share`,
+    /// whose turn it is.
+    pub(super) fn wake(&mut self, surface: &mut Surface, share: Share, field: Field) {
         self.live = true;
-        for nap in &mut self.nap {
+        for v in share.of(&surface.order) {
+            let (nap, calm) = (&mut self.nap[v as usize], &mut self.calm[v as usize]);
             *nap = nap.saturating_sub(1);
-        }
-        for calm in &mut self.calm {
             *calm = calm.saturating_add(1);
         }
         for t in 0..surface.triangles() as u32 {

@@ -1,26 +1,26 @@
 //! What surrounds a vertex: the polygon in which it may move, and the cost of each place there.
 
 use super::rows::RowSums;
-use super::shape::flatness;
 use super::sums::{Sums, Total};
 use super::surface::{Cost, NONE, Surface, next, previous};
 use crate::geom::{Point, orient};
 
 /// The polygon around a vertex, or around a place where one may be put. Triangle `i` of the fan has
-/// the corners centre, `ends[i]`, `ends[i + 1]`; around an inner vertex the last is followed by the
-/// first, around one on the border there is one end more than triangles.
+/// the corners centre, `ends[i]`, `ends[i + 1]`.
 #[derive(Debug, Default)]
 pub(super) struct Ring {
-    /// Corners of the polygon.
+    /// Corners of the polygon, one more than triangles: around an inner vertex the last is the first.
     pub(super) ends: Vec<Point>,
     /// The half-edges of the polygon: from `ends[i]` to `ends[i + 1]`, inside it.
     pub(super) links: Vec<u32>,
     /// Their pixel sums.
     pub(super) link_sums: Vec<Sums>,
-    /// The spokes' sums for the place that was tried last.
+    /// The spokes' sums for the place that was tried last, one for each of `ends`.
     pub(super) spokes: Vec<Sums>,
     /// Spokes put aside by [`Ring::keep`].
     kept: Vec<Sums>,
+    /// Twice the areas of the triangles at the place that was tried last.
+    doubled: Vec<i64>,
     /// Whether the polygon goes all the way round.
     pub(super) closed: bool,
 }
@@ -31,7 +31,12 @@ impl Ring {
         self.clear();
         surface.around(v, |h| self.push(surface, next(h)));
         self.closed = surface.twin[surface.out[v as usize] as usize] != NONE;
-        if let (false, Some(&link)) = (self.closed, self.links.last()) {
+        self.finish(surface);
+    }
+
+    /// The end of the last link.
+    fn finish(&mut self, surface: &Surface) {
+        if let Some(&link) = self.links.last() {
             self.ends.push(surface.place(next(link)));
         }
     }
@@ -42,7 +47,7 @@ impl Ring {
         self.sum_links(surface);
         let spoke = |&link: &u32| surface.sums[previous(link) as usize];
         self.spokes.extend(self.links.iter().map(spoke));
-        if let (false, Some(&link)) = (self.closed, self.links.last()) {
+        if let Some(&link) = self.links.last() {
             self.spokes.push(-surface.sums[next(link) as usize]);
         }
     }
@@ -57,6 +62,7 @@ impl Ring {
         for h in 3 * t..3 * t + 3 {
             self.push(surface, h);
         }
+        self.finish(surface);
         self.sum_links(surface);
         self.closed = true;
     }
@@ -68,6 +74,7 @@ impl Ring {
         for h in [next(h), previous(h), next(g), previous(g)] {
             self.push(surface, h);
         }
+        self.finish(surface);
         self.sum_links(surface);
         self.closed = true;
     }
@@ -89,22 +96,25 @@ impl Ring {
         self.links.len()
     }
 
-    fn after(&self, i: usize) -> usize {
-        if i + 1 == self.ends.len() { 0 } else { i + 1 }
+    /// The spokes, each once.
+    pub(super) fn distinct_spokes(&self) -> &[Sums] {
+        &self.spokes[..self.spokes.len() - usize::from(self.closed)]
     }
 
     fn triangle_sums(&self, i: usize) -> Sums {
-        self.spokes[i] + self.link_sums[i] - self.spokes[self.after(i)]
+        self.spokes[i] + self.link_sums[i] - self.spokes[i + 1]
     }
 
-    /// The sums of triangle `i` with the spokes as they are and the centre at `p`.
+    /// The sums of triangle `i` with the spokes as they are and the centre at `p`, which
+    /// [`Ring::try_at`] has found to be sound.
     pub(super) fn total(&self, rows: &RowSums, i: usize, p: Point) -> Total {
-        rows.total(&self.triangle_sums(i), p, self.ends[i], self.ends[self.after(i)])
+        let (a, b) = (self.ends[i], self.ends[i + 1]);
+        rows.total(&self.triangle_sums(i), orient(p, a, b), [p, a, b])
     }
 
     /// The cost of triangle `i` with the spokes as they are and the centre at `p`.
     pub(super) fn triangle_cost(&self, rows: &RowSums, i: usize, p: Point) -> Cost {
-        Cost::of(rows, &self.triangle_sums(i), p, self.ends[i], self.ends[self.after(i)])
+        Cost::of(rows, &self.triangle_sums(i), [p, self.ends[i], self.ends[i + 1]])
     }
 
     /// Puts the spokes aside, for [`Ring::restore`] after another trial.
@@ -120,17 +130,26 @@ impl Ring {
     /// Sums the spokes for a centre at `p` and returns the cost of the fan; `None` when one of its
     /// triangles would turn over or have no area.
     pub(super) fn try_at(&mut self, rows: &RowSums, p: Point) -> Option<Cost> {
-        let mut shape = 0.0;
-        for i in 0..self.len() {
-            let (a, b) = (self.ends[i], self.ends[self.after(i)]);
-            if orient(p, a, b) <= 0 {
+        self.doubled.clear();
+        for pair in self.ends.windows(2) {
+            let doubled = orient(p, pair[0], pair[1]);
+            if doubled <= 0 {
                 return None;
             }
-            shape += flatness(p, a, b);
+            self.doubled.push(doubled);
         }
         self.spokes.clear();
-        self.spokes.extend(self.ends.iter().map(|&end| rows.edge(p, end)));
-        let explained: f64 = (0..self.len()).map(|i| self.total(rows, i, p).explained()).sum();
-        Some(Cost { error: -explained, shape })
+        let distinct = &self.ends[..self.ends.len() - usize::from(self.closed)];
+        self.spokes.extend(distinct.iter().map(|&end| rows.edge(p, end)));
+        if self.closed {
+            self.spokes.push(self.spokes[0]);
+        }
+        let triangles = self.ends.windows(2).zip(&self.doubled);
+        let sums = self.spokes.windows(2).zip(&self.link_sums);
+        let costs = triangles.zip(sums).map(|((ends, &doubled), (spokes, &link))| {
+            let sums = spokes[0] + link - spokes[1];
+            Cost::sound(rows, &sums, doubled, [p, ends[0], ends[1]])
+        });
+        Some(costs.sum())
     }
 }

@@ -5,20 +5,22 @@ use rayon::prelude::*;
 
 use super::sums::{NARROW, Sums, Total, pack, unpack};
 use crate::frame::{Frame, Rgba};
-use crate::geom::{Point, SUBPIXEL, Size, orient};
+use crate::geom::{Point, SUBPIXEL, Size};
+use crate::scan::lanes::LaneSquares;
 use crate::scan::{self, Crossing, first_centre};
+use crate::vector::widest;
 
 /// Running sums along every row of a frame.
 ///
-/// They lie in tiles of [`WIDE`] x [`HIGH`] entries, bands of tiles from top to bottom: what surrounds
-/// a vertex is then in a few pages of memory, where whole rows would put each line of it into a page
-/// of its own. Within a tile 2 columns of 4 rows lie together, a cache line: an edge that falls by a
-/// row goes aside by a column or so, and meets half as many lines as if they held 8 columns of a row.
+/// Four rows lie together, column by column, so that a cache line holds two columns of them: an edge
+/// that falls by a row goes aside by a column or so, and meets half as many lines as if they held eight
+/// columns of a row.
 #[derive(Debug)]
 pub(super) struct RowSums {
     pub(super) size: Size,
-    /// Entries in a band of tiles. A row has one more entry than pixels.
-    band: usize,
+    /// Where each row begins in `colour` and in `alpha`. A row has one more entry than pixels, each
+    /// [`TOGETHER`] after the last.
+    starts: Vec<u32>,
     /// Whether triangles may be longer than [`EXTENT`].
     vast: bool,
     /// Packed colours of the pixels left of each column, wrapping.
@@ -29,17 +31,20 @@ pub(super) struct RowSums {
     squares: u64,
 }
 
-/// Columns of a tile.
-const WIDE: usize = 16;
-/// Rows of a tile.
-const HIGH: usize = 64;
-const TILE: usize = WIDE * HIGH;
+/// Rows that lie together.
+const TOGETHER: usize = 4;
+
+/// Entries of a cache line.
+const LINE: usize = 64 / size_of::<u64>();
+
+/// Rows that make one piece of work, in groups that lie together.
+const GROUPS: usize = 16;
 
 impl Default for RowSums {
     fn default() -> Self {
         Self {
             size: Size::new(0, 0),
-            band: 0,
+            starts: Vec::new(),
             vast: false,
             colour: Vec::new(),
             alpha: Vec::new(),
@@ -53,29 +58,35 @@ impl RowSums {
     pub(super) fn load(&mut self, frame: &Frame) {
         let size = frame.size();
         self.size = size;
-        self.band = (size.width as usize + 1).div_ceil(WIDE) * TILE;
         self.vast = (size.width + size.height) as i32 * SUBPIXEL >= EXTENT;
-        let entries = self.band * (size.height as usize).div_ceil(HIGH);
-        self.colour.resize(entries, 0);
+        let height = size.height as usize;
+        let group = ((size.width as usize + 1) * TOGETHER).next_multiple_of(LINE);
+        let entries = group * height.div_ceil(TOGETHER);
+        self.colour.resize(entries + LINE, 0);
+        // Where the first cache line begins.
+        let aligned = self.colour.as_ptr().align_offset(64).min(LINE);
+        let start = |y: usize| (aligned + y / TOGETHER * group + y % TOGETHER) as u32;
+        self.starts.clear();
+        self.starts.extend((0..height).map(start));
+        let colour = self.colour[aligned..aligned + entries].par_chunks_mut(group);
         self.alpha.clear();
-        let rows = |band: usize| (band * HIGH..size.height as usize).take(HIGH).enumerate();
         if frame.is_opaque() {
-            let bands = self.colour.par_chunks_mut(self.band).enumerate();
-            let squares = bands.map(|(band, colour)| {
-                let row = |(line, y)| sum_opaque(frame.row(y as u32), &mut colour[down(line)..]);
-                rows(band).map(row).sum::<u64>()
+            let squares = colour.enumerate().with_min_len(GROUPS).map(|(four, colour)| {
+                // Below the frame the last row stands in for those that nobody asks for.
+                let row = |i: usize| frame.row((TOGETHER * four + i).min(height - 1) as u32);
+                let counted = (height - TOGETHER * four).min(TOGETHER);
+                sum_opaque([row(0), row(1), row(2), row(3)], counted, colour)
             });
             self.squares = squares.sum();
         } else {
-            self.alpha.resize(entries, 0);
-            let bands = self.colour.par_chunks_mut(self.band);
-            let bands = bands.zip(self.alpha.par_chunks_mut(self.band)).enumerate();
-            let squares = bands.map(|(band, (colour, alpha))| {
-                let row = |(line, y)| {
-                    let at = down(line);
-                    sum_premultiplied(frame.row(y as u32), &mut colour[at..], &mut alpha[at..])
+            self.alpha.resize(entries + LINE, 0);
+            let alpha = self.alpha[aligned..aligned + entries].par_chunks_mut(group);
+            let squares = colour.zip(alpha).enumerate().map(|(four, (colour, alpha))| {
+                let rows = (TOGETHER * four..height).take(TOGETHER).enumerate();
+                let row = |(i, y)| {
+                    sum_premultiplied(frame.row(y as u32), &mut colour[i..], &mut alpha[i..])
                 };
-                rows(band).map(row).sum::<u64>()
+                rows.map(row).sum::<u64>()
             });
             self.squares = squares.sum();
         }
@@ -116,31 +127,26 @@ impl RowSums {
             return;
         }
         let mut crossing = Crossing::new(upper, lower, start);
-        let (mut y, end) = (start as usize, end as usize);
-        while y < end {
-            let stop = end.min((y / HIGH + 1) * HIGH);
-            let band = y / HIGH * self.band;
-            for y in y..stop {
-                let column = crossing.next();
-                visit(column, band + down(y) + across(column));
-            }
-            y = stop;
+        for &row in &self.starts[start as usize..end as usize] {
+            let column = crossing.next();
+            visit(column, row as usize + TOGETHER * column);
         }
     }
 
-    /// Where the line of row `y` begins.
-    fn line(&self, y: usize) -> usize {
-        y / HIGH * self.band + down(y)
+    /// The index of the entry of column `x` in row `y`.
+    #[inline]
+    fn at(&self, x: usize, y: usize) -> usize {
+        self.starts[y] as usize + TOGETHER * x
     }
 
-    /// The sums of the triangle `abc`, with a positive `orient`, whose edges sum to `sums`.
+    /// The sums of `triangle`, whose `orient` is `doubled`, positive, and whose edges sum to `sums`.
     #[inline]
-    pub(super) fn total(&self, sums: &Sums, a: Point, b: Point, c: Point) -> Total {
+    pub(super) fn total(&self, sums: &Sums, doubled: i64, triangle: [Point; 3]) -> Total {
         // A convex shape covers at most its area, half its perimeter and one more centre; the half
         // perimeter is at most width and height of the box around it.
         const LARGE: i64 = 2 * (SUBPIXEL as i64) * (SUBPIXEL as i64) * (NARROW as i64 / 2);
-        if orient(a, b, c) >= LARGE || (self.vast && extent(a, b, c) >= EXTENT) {
-            return self.wide([a, b, c]);
+        if doubled >= LARGE || (self.vast && extent(triangle) >= EXTENT) {
+            return self.wide(triangle);
         }
         Total::new(i64::from(sums.count as i32), unpack(sums.colour), i64::from(sums.alpha))
     }
@@ -150,10 +156,9 @@ impl RowSums {
     fn wide(&self, triangle: [Point; 3]) -> Total {
         let (mut count, mut sums, mut alpha) = (0, [0; 3], 0);
         scan::spans(triangle, 0..self.size.height, |y, columns| {
-            let line = self.line(y as usize);
             for first in columns.clone().step_by(NARROW) {
-                let left = line + across(first);
-                let right = line + across(columns.end.min(first + NARROW));
+                let left = self.at(first, y as usize);
+                let right = self.at(columns.end.min(first + NARROW), y as usize);
                 let colour = self.colour[right].wrapping_sub(self.colour[left]);
                 for (sum, part) in sums.iter_mut().zip(unpack(colour)) {
                     *sum += part;
@@ -170,38 +175,31 @@ impl RowSums {
     /// The squares of all channels of the pixels of a triangle, one by one. `frame` is the one that was
     /// loaded.
     pub(super) fn squares_of(&self, frame: &Frame, triangle: [Point; 3]) -> f64 {
-        let mut squares = 0u64;
         if frame.is_opaque() {
-            scan::spans(triangle, 0..self.size.height, |y, columns| {
-                // A row has at most 16384 pixels: 3 x 255^2 each stays below 2^32.
-                let square = |v: u8| u32::from(v) * u32::from(v);
-                let mut row = 0;
-                for &[r, g, b, _] in &frame.row(y)[columns] {
-                    row += square(r) + square(g) + square(b);
-                }
-                squares += u64::from(row);
-            });
-            return squares as f64;
+            return widest(
+                #[inline(always)]
+                || opaque_squares_of(frame, triangle),
+            ) as f64;
         }
+        let mut squares = 0u64;
         scan::spans(triangle, 0..self.size.height, |y, columns| {
-            let line = self.line(y as usize);
-            let mut left = self.colour[line + across(columns.start)];
+            let mut left = self.colour[self.at(columns.start, y as usize)];
             for x in columns.clone() {
-                let right = self.colour[line + across(x + 1)];
+                let right = self.colour[self.at(x + 1, y as usize)];
                 let [r, g, b] = unpack(right.wrapping_sub(left));
                 squares += (r * r + g * g + b * b) as u64;
                 left = right;
             }
-            let alpha = |x: usize| u64::from(self.alpha[line + across(x)]);
+            let alpha = |x: usize| u64::from(self.alpha[self.at(x, y as usize)]);
             squares += columns.map(|x| (alpha(x + 1) - alpha(x)).pow(2)).sum::<u64>();
         });
         squares as f64
     }
 
     /// The mean squared error of triangles of a plain grid, when `triangles` of them share the frame:
-    /// the measure of what a triangle may be expected to have on this picture. From some 1000 samples.
+    /// the measure of what a triangle may be expected to have on this picture. From 256 samples.
     pub(super) fn cell_error(&self, frame: &Frame, triangles: usize) -> f64 {
-        const ALONG: i32 = 32;
+        const ALONG: i32 = 16;
         let far = self.size.far();
         let area = f64::from(far.x) * f64::from(far.y) / triangles.max(1) as f64;
         let leg = ((2.0 * area).sqrt() as i32).clamp(1, far.x.min(far.y));
@@ -234,7 +232,8 @@ impl RowSums {
             let y = ((at[1] >> 16) as usize).min(last[1]);
             // Weights add up to samples^2: 8100 x 255 < 2^21.
             let weight = (2 * (samples - i) - 1) as u32;
-            let (left, right) = (self.line(y) + across(x), self.line(y) + across(x + 1));
+            let left = self.at(x, y);
+            let right = left + TOGETHER;
             let pixel = self.colour[right].wrapping_sub(self.colour[left]);
             colour += pixel * u64::from(weight);
             if !self.alpha.is_empty() {
@@ -255,57 +254,78 @@ const FINER: i32 = 65536 / SUBPIXEL;
 const EXTENT: i32 = (NARROW as i32 / 2 - 1) * SUBPIXEL;
 
 /// Width and height of the box around a triangle, together, in 1/256 pixel.
-fn extent(a: Point, b: Point, c: Point) -> i32 {
+fn extent([a, b, c]: [Point; 3]) -> i32 {
     let span = |a: i32, b: i32, c: i32| a.max(b).max(c) - a.min(b).min(c);
     span(a.x, b.x, c.x) + span(a.y, b.y, c.y)
 }
 
-/// How far into its line of a band of tiles the entry of a column stands.
-const fn across(column: usize) -> usize {
-    column / WIDE * TILE + column % WIDE / 2 * 8 + column % 2
+#[inline(always)]
+fn opaque_squares_of(frame: &Frame, triangle: [Point; 3]) -> u64 {
+    let (mut squares, mut lanes, mut pixels) = (0, LaneSquares::default(), 0);
+    scan::spans(
+        triangle,
+        0..frame.size().height,
+        #[inline(always)]
+        |y, columns| {
+            lanes.add(&frame.row(y)[columns.start..], columns.len());
+            pixels += columns.len();
+            if pixels >= NARROW {
+                squares += std::mem::take(&mut lanes).total();
+                pixels = 0;
+            }
+        },
+    );
+    squares + lanes.total()
 }
 
-/// How far into its band of tiles the line of row `y` begins.
-const fn down(y: usize) -> usize {
-    y % HIGH / 4 * (4 * WIDE) + y % 4 * 2
-}
-
-/// Writes the running sums of an opaque row to its line and returns the squares of its pixels.
-fn sum_opaque(row: &[Rgba], line: &mut [u64]) -> u64 {
-    let (mut sum, mut squares) = (0u64, 0u64);
-    for (pixels, tile) in row.chunks(WIDE).zip(line.chunks_mut(TILE)) {
-        let mut part = 0u32;
-        for (x, &pixel) in pixels.iter().enumerate() {
-            tile[across(x)] = sum;
-            sum = sum.wrapping_add(pack(pixel));
-            let square = |v: u8| u32::from(v) * u32::from(v);
-            part += square(pixel[0]) + square(pixel[1]) + square(pixel[2]);
+/// Writes the running sums of four opaque rows, which lie together, and returns the squares of the
+/// pixels of the first `counted` of them.
+fn sum_opaque(rows: [&[Rgba]; TOGETHER], counted: usize, out: &mut [u64]) -> u64 {
+    let [a, b, c, d] = rows;
+    let mut sums = [0u64; TOGETHER];
+    let (out, _) = out.as_chunks_mut::<TOGETHER>();
+    let pixels = a.iter().zip(b).zip(c.iter().zip(d));
+    for (((a, b), (c, d)), out) in pixels.zip(&mut *out) {
+        *out = sums;
+        for (sum, &pixel) in sums.iter_mut().zip([a, b, c, d]) {
+            *sum = sum.wrapping_add(pack(pixel));
         }
-        squares += u64::from(part);
     }
-    line[across(row.len())] = sum;
-    squares
+    out[a.len()] = sums;
+    rows[..counted].iter().map(|row| row_squares(row)).sum()
 }
 
-/// As [`sum_opaque`], with alpha: colours are multiplied by it, rounded to the nearest, so that they
-/// are what is left of a pixel on black.
-fn sum_premultiplied(row: &[Rgba], line: &mut [u64], alphas: &mut [u32]) -> u64 {
+/// The squares of the colours of `row`, at most 16384 pixels.
+fn row_squares(row: &[Rgba]) -> u64 {
+    let square = |v: u8| u32::from(v) * u32::from(v);
+    // 3 x 255^2 for each of them stays below 2^32.
+    let sum = widest(
+        #[inline(always)]
+        || row.iter().map(|&[r, g, b, _]| square(r) + square(g) + square(b)).sum::<u32>(),
+    );
+    u64::from(sum)
+}
+
+/// The same for one row with alpha: colours are multiplied by it, rounded to the nearest, so that they
+/// are what is left of a pixel on black. Entries are [`TOGETHER`] apart.
+fn sum_premultiplied(row: &[Rgba], out: &mut [u64], alphas: &mut [u32]) -> u64 {
     let (mut sum, mut alpha_sum, mut squares) = (0u64, 0u32, 0u64);
     for (x, &[r, g, b, a]) in row.iter().enumerate() {
-        (line[across(x)], alphas[across(x)]) = (sum, alpha_sum);
+        (out[TOGETHER * x], alphas[TOGETHER * x]) = (sum, alpha_sum);
         let by_alpha = |v: u8| ((u32::from(v) * u32::from(a) + 127) / 255) as u8;
         let pixel = [by_alpha(r), by_alpha(g), by_alpha(b), a];
         squares += pixel.iter().map(|&v| u64::from(v) * u64::from(v)).sum::<u64>();
         sum = sum.wrapping_add(pack(pixel));
         alpha_sum += u32::from(a);
     }
-    (line[across(row.len())], alphas[across(row.len())]) = (sum, alpha_sum);
+    (out[TOGETHER * row.len()], alphas[TOGETHER * row.len()]) = (sum, alpha_sum);
     squares
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::orient;
     use crate::refine::tests::picture;
     use proptest::prelude::*;
 
@@ -344,7 +364,7 @@ mod tests {
             }
             let sums = rows.edge(a, b) + rows.edge(b, c) + rows.edge(c, a);
             let (slow, squares) = slowly(&frame, [a, b, c]);
-            prop_assert_eq!(rows.total(&sums, a, b, c), slow);
+            prop_assert_eq!(rows.total(&sums, orient(a, b, c), [a, b, c]), slow);
             prop_assert_eq!(rows.wide([a, b, c]), slow);
             prop_assert_eq!(rows.squares_of(&frame, [a, b, c]), squares);
         }
@@ -361,7 +381,7 @@ mod tests {
         let [a, b, c] = [Point::new(0, 0), far, Point::new(0, far.y)];
         let sums = rows.edge(a, b) + rows.edge(b, c) + rows.edge(c, a);
         let (slow, squares) = slowly(&frame, [a, b, c]);
-        assert_eq!(rows.total(&sums, a, b, c), slow);
+        assert_eq!(rows.total(&sums, orient(a, b, c), [a, b, c]), slow);
         assert!((squares - slow.explained()).abs() < 1.0, "a flat frame has no error");
     }
 }

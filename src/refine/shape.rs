@@ -1,6 +1,6 @@
 //! How far a triangle is from a well-shaped one.
 
-use crate::geom::{Point, orient};
+use crate::geom::Point;
 
 /// 0 for an equilateral triangle, growing without bound as it flattens: the square of what the inverse
 /// of the mean ratio quality, (a^2 + b^2 + c^2) / (4 sqrt(3) area), exceeds 1 by (Bhatia and Lawrence
@@ -9,8 +9,9 @@ use crate::geom::{Point, orient};
 /// when the triangle is turned over or has no area.
 ///
 /// A needle with a least angle of 5 degrees has about 32, one of 20 degrees 0.7.
-pub(super) fn flatness(a: Point, b: Point, c: Point) -> f64 {
-    let doubled = orient(a, b, c);
+///
+/// `doubled` is the triangle's `orient`, twice its area.
+pub(super) fn flatness(doubled: i64, [a, b, c]: [Point; 3]) -> f64 {
     if doubled <= 0 {
         return f64::INFINITY;
     }
@@ -28,6 +29,11 @@ const TWO_ROOT_3: f64 = 3.464_101_615_137_754_6;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::orient;
+
+    fn flatness(a: Point, b: Point, c: Point) -> f64 {
+        super::flatness(orient(a, b, c), [a, b, c])
+    }
 
     #[test]
     fn flatness_grows_from_equilateral_to_flat() {

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use super::rows::RowSums;
 use super::shape::flatness;
 use super::sums::{Sums, Total};
-use crate::geom::{Point, SUBPIXEL, Size};
+use crate::frame::Fill;
+use crate::geom::{Point, SUBPIXEL, Size, orient};
 use crate::mesh::{CORNERS, Mesh, Place};
 
 /// No half-edge: the other side of the frame's border.
@@ -34,8 +35,22 @@ pub(super) struct Cost {
 impl Cost {
     pub(super) const INFINITE: Self = Self { error: f64::INFINITY, shape: f64::INFINITY };
 
-    pub(super) fn of(rows: &RowSums, sums: &Sums, a: Point, b: Point, c: Point) -> Self {
-        Self { error: -rows.total(sums, a, b, c).explained(), shape: flatness(a, b, c) }
+    /// Of `triangle`, whose edges sum to `sums`; infinite when it is turned over or has no area.
+    #[inline]
+    pub(super) fn of(rows: &RowSums, sums: &Sums, triangle: [Point; 3]) -> Self {
+        let [a, b, c] = triangle;
+        let doubled = orient(a, b, c);
+        if doubled <= 0 {
+            return Self::INFINITE;
+        }
+        Self::sound(rows, sums, doubled, triangle)
+    }
+
+    /// The same, of a triangle whose `orient` is known to be positive.
+    #[inline]
+    pub(super) fn sound(rows: &RowSums, sums: &Sums, doubled: i64, triangle: [Point; 3]) -> Self {
+        let error = -rows.total(sums, doubled, triangle).explained();
+        Self { error, shape: flatness(doubled, triangle) }
     }
 
     /// Error and shape in one number, `weight` squared 8-bit steps for each unit of flatness.
@@ -50,7 +65,7 @@ impl Cost {
     /// How much a change to `after` gains. Never positive when the error itself would rise.
     pub(super) fn gain(self, after: Self, weight: f64) -> f64 {
         if after.error > self.error {
-            f64::NEG_INFINITY
+            self.error - after.error
         } else {
             self.total(weight) - after.total(weight)
         }
@@ -129,7 +144,9 @@ pub(super) struct Surface {
     /// Counts passes over the mesh.
     pub(super) clock: u32,
     /// The triangles as they were last stored.
-    stored: Vec<[u32; 3]>,
+    pub(super) stored: Vec<[u32; 3]>,
+    /// The same with their numbers.
+    numbered: Vec<([u32; 3], u32)>,
     /// Vertices that a step looks at.
     pub(super) awake: Vec<bool>,
 }
@@ -149,6 +166,7 @@ impl Default for Surface {
             stamp: Vec::new(),
             clock: 0,
             stored: Vec::new(),
+            numbered: Vec::new(),
             awake: Vec::new(),
         }
     }
@@ -255,10 +273,13 @@ impl Surface {
         chunks.enumerate().for_each(|(chunk, (costs, means))| {
             for (t, (cost, mean)) in (chunk * 256..).zip(costs.iter_mut().zip(means)) {
                 let corner = |h: usize| at[origin[h] as usize];
-                let (a, b, c) = (corner(3 * t), corner(3 * t + 1), corner(3 * t + 2));
+                let triangle = [corner(3 * t), corner(3 * t + 1), corner(3 * t + 2)];
+                let [a, b, c] = triangle;
+                let doubled = orient(a, b, c);
                 let sums = sums[3 * t] + sums[3 * t + 1] + sums[3 * t + 2];
-                let total = rows.total(&sums, a, b, c);
-                *cost = Cost { error: -total.explained(), shape: flatness(a, b, c) };
+                let total = rows.total(&sums, doubled, triangle);
+                let shape = flatness(doubled, triangle);
+                *cost = Cost { error: -total.explained(), shape };
                 *mean = Mean::of(&total);
             }
         });
@@ -266,7 +287,7 @@ impl Surface {
 
     /// Number of triangles.
     pub(super) fn triangles(&self) -> usize {
-        self.cost.len()
+        self.origin.len() / 3
     }
 
     /// The squared error of the whole mesh.
@@ -320,7 +341,8 @@ impl Surface {
     pub(super) fn total(&self, rows: &RowSums, t: u32) -> Total {
         let [a, b, c] = self.corners(t);
         let h = 3 * t as usize;
-        rows.total(&(self.sums[h] + self.sums[h + 1] + self.sums[h + 2]), a, b, c)
+        let sums = self.sums[h] + self.sums[h + 1] + self.sums[h + 2];
+        rows.total(&sums, orient(a, b, c), [a, b, c])
     }
 
     /// Writes the sums of half-edge `h` and its twin.
@@ -343,20 +365,39 @@ impl Surface {
         }
     }
 
-    /// Writes the vertices and triangles back, in canonical order. Returns the triangles' numbers in that
-    /// order.
-    pub(super) fn store(&mut self, mesh: &mut Mesh) -> Vec<u32> {
+    /// Writes the vertices and triangles back, in canonical order.
+    pub(super) fn store(&mut self, mesh: &mut Mesh) {
         mesh.vertices.clone_from(&self.at);
         let (triangles, _) = self.origin.as_chunks::<3>();
-        let mut numbered: Vec<([u32; 3], u32)> = triangles
-            .iter()
-            .zip(0..)
-            .map(|(&t, number)| (Mesh::smallest_first(t), number))
-            .collect();
-        numbered.sort_unstable();
+        let canonical = triangles.iter().map(|&t| Mesh::smallest_first(t));
+        // By the first corner with a counting sort; those that share it are few.
+        let mut start = vec![0u32; self.at.len() + 1];
+        for t in canonical.clone() {
+            start[t[0] as usize + 1] += 1;
+        }
+        for v in 0..self.at.len() {
+            start[v + 1] += start[v];
+        }
+        self.numbered.resize(triangles.len(), ([0; 3], 0));
+        for (t, number) in canonical.zip(0..) {
+            let at = &mut start[t[0] as usize];
+            self.numbered[*at as usize] = (t, number);
+            *at += 1;
+        }
+        // By now each start is the next one's.
+        let mut begin = 0;
+        for &end in &start[..self.at.len()] {
+            self.numbered[begin..end as usize].sort_unstable();
+            begin = end as usize;
+        }
         mesh.triangles.clear();
-        mesh.triangles.extend(numbered.iter().map(|&(triangle, _)| triangle));
+        mesh.triangles.extend(self.numbered.iter().map(|&(triangle, _)| triangle));
         self.stored.clone_from(&mesh.triangles);
-        numbered.into_iter().map(|(_, number)| number).collect()
+    }
+
+    /// The mean colours and areas of the triangles in the order in which they were last stored.
+    pub(super) fn stored_fills(&self, rows: &RowSums) -> Vec<Fill> {
+        let stored = self.numbered.par_iter().with_min_len(512);
+        stored.map(|&(_, number)| self.total(rows, number).fill()).collect()
     }
 }

@@ -7,7 +7,7 @@ use crate::geom::{Point, SUBPIXEL};
 /// Exact, with one division an edge: a crossing that is no whole column lies at least 1 / (256 dy) >=
 /// 2^-30 pixel from one, while all rounding here stays below 2^-33. So [`NUDGE`] between the two tells
 /// "on" from "right of" as whole numbers would.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing {
     at: i64,
     step: i64,
@@ -20,7 +20,7 @@ const NUDGE: f64 = 1.0 / 4_294_967_296.0;
 
 impl Crossing {
     /// The edge from `upper` down to `lower` at row `row`, whose centre the edge spans.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn new(upper: Point, lower: Point, row: i32) -> Self {
         let slope = f64::from(lower.x - upper.x) / f64::from(lower.y - upper.y);
         let down = f64::from(row * SUBPIXEL + SUBPIXEL / 2 - upper.y);
@@ -31,7 +31,7 @@ impl Crossing {
     }
 
     /// The column of this row, then on to the next.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn next(&mut self) -> usize {
         let column = (self.at >> FRACTION) as usize;
         self.at = self.at.wrapping_add(self.step);

@@ -94,6 +94,7 @@ pub struct VideoSink {
     /// After the child: it is ended before its file is removed.
     place: Place,
     planes: Vec<u8>,
+    spent: Vec<Rgba>,
     first: Option<Rational>,
     last_pts: Option<u64>,
     count: u64,
@@ -185,6 +186,7 @@ impl VideoSink {
             child,
             place,
             planes: Vec::new(),
+            spent: Vec::new(),
             first: None,
             last_pts: None,
             count: 0,
@@ -280,6 +282,7 @@ impl Sink for VideoSink {
             lay_over(&mut pixels, self.background);
         }
         from_rgba(self.spec.size, &pixels, &self.layout, self.coding, &mut self.planes);
+        self.spent = pixels;
         let written = match &mut self.writer {
             Some(writer) => writer.write(pts, &self.planes),
             None => Err(io::ErrorKind::BrokenPipe.into()),
@@ -293,6 +296,10 @@ impl Sink for VideoSink {
         let length = span.length.or(self.spec.rate.and_then(Rational::recip));
         self.end = span.start + length.unwrap_or(Rational::ZERO);
         Ok(())
+    }
+
+    fn spent(&mut self) -> Vec<Rgba> {
+        std::mem::take(&mut self.spent)
     }
 
     fn finish(mut self: Box<Self>) -> Result<()> {

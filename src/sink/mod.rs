@@ -71,6 +71,12 @@ pub trait Sink: Send {
         self.write(picture)
     }
 
+    /// The pixels of a picture that was written and is no longer needed: another may be painted in
+    /// their memory. Default: none.
+    fn spent(&mut self) -> Vec<Rgba> {
+        Vec::new()
+    }
+
     /// Completes the output and puts it in its place.
     ///
     /// # Errors
@@ -126,7 +132,7 @@ impl Default for SinkOptions {
 /// cannot be written.
 pub fn create(output: &str, info: &StreamInfo, options: &SinkOptions) -> Result<Box<dyn Sink>> {
     if output == "null:" {
-        return Ok(Box::new(null::Null));
+        return Ok(Box::new(null::Null::default()));
     }
     if output == "-" {
         return y4m::Y4mSink::standard(info);

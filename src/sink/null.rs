@@ -2,14 +2,22 @@
 
 use super::{Picture, Sink};
 use crate::error::Result;
+use crate::frame::Rgba;
 
 /// Discards pictures.
-#[derive(Debug)]
-pub(crate) struct Null;
+#[derive(Debug, Default)]
+pub(crate) struct Null {
+    spent: Vec<Rgba>,
+}
 
 impl Sink for Null {
-    fn write(&mut self, _: Picture) -> Result<()> {
+    fn write(&mut self, picture: Picture) -> Result<()> {
+        self.spent = picture.frame.into_pixels();
         Ok(())
+    }
+
+    fn spent(&mut self) -> Vec<Rgba> {
+        std::mem::take(&mut self.spent)
     }
 
     fn finish(self: Box<Self>) -> Result<()> {

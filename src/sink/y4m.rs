@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use crate::colour::{Coding, Layout, Range, Sampling, Siting, from_rgba};
 use crate::error::{Error, Result};
-use crate::frame::{Colorimetry, Rational, StreamInfo, check_size};
+use crate::frame::{Colorimetry, Rational, Rgba, StreamInfo, check_size};
 use crate::geom::Size;
 use crate::sink::place::Place;
 use crate::sink::{Picture, Sink, SinkOptions};
@@ -30,6 +30,7 @@ pub struct Y4mSink<W> {
     /// The header, until it is written with the first frame.
     header: Option<String>,
     planes: Vec<u8>,
+    spent: Vec<Rgba>,
     rate: Rational,
     /// The number of the next frame, counted from time 0, once there was one.
     next: Option<i64>,
@@ -77,6 +78,10 @@ impl Sink for Y4mFile {
         self.stream.write(picture)
     }
 
+    fn spent(&mut self) -> Vec<Rgba> {
+        self.stream.spent()
+    }
+
     fn finish(self: Box<Self>) -> Result<()> {
         self.stream.finish()?;
         self.place.commit()
@@ -121,6 +126,7 @@ impl<W: Write + Send> Y4mSink<W> {
             coding,
             header,
             planes: Vec::new(),
+            spent: Vec::new(),
             rate,
             next: None,
             end: Rational::ZERO,
@@ -170,7 +176,12 @@ impl<W: Write + Send> Sink for Y4mSink<W> {
         self.next = self.next.map(|next| next + 1);
         let length = picture.span.length.or(self.rate.recip()).unwrap_or(Rational::ZERO);
         self.end = picture.span.start + length;
+        self.spent = picture.frame.into_pixels();
         self.told(result)
+    }
+
+    fn spent(&mut self) -> Vec<Rgba> {
+        std::mem::take(&mut self.spent)
     }
 
     fn finish(mut self: Box<Self>) -> Result<()> {

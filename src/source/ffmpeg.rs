@@ -288,15 +288,20 @@ impl Source for VideoSource {
         self.length = self.length(raw.start);
         let span = Span { start: raw.start, length: self.length };
         let mut pixels = std::mem::take(&mut self.spent);
-        match self.track.pixels {
-            Pixels::Planar(layout, coding) => to_rgba(&layout, coding, &raw.data, &mut pixels),
+        let frame = match self.track.pixels {
+            Pixels::Planar(layout, coding) => {
+                to_rgba(&layout, coding, &raw.data, &mut pixels);
+                let new = if layout.alpha { Frame::new } else { Frame::opaque };
+                new(self.info.size, pixels)?
+            }
             Pixels::Rgba => {
                 pixels.clear();
                 pixels.extend_from_slice(raw.data.as_chunks::<4>().0);
+                Frame::new(self.info.size, pixels)?
             }
-        }
+        };
         self.spare = raw.data;
         self.delivered += 1;
-        Ok(Some(Decoded { frame: Frame::new(self.info.size, pixels)?, span }))
+        Ok(Some(Decoded { frame, span }))
     }
 }

@@ -211,7 +211,8 @@ impl<R: Read> Source for Y4mSource<R> {
         let coding =
             Coding::of(self.info.colour.as_ref().unwrap_or(&Colorimetry::default()), layout.size);
         to_rgba(layout, coding, &self.planes, &mut pixels);
-        let mut frame = Frame::new(layout.size, pixels)?;
+        let new = if layout.alpha { Frame::new } else { Frame::opaque };
+        let mut frame = new(layout.size, pixels)?;
         if self.info.size != layout.size {
             let Size { width, height } = self.info.size;
             let image =

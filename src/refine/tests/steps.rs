@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::geom::orient;
 use crate::mesh::Place;
 use crate::rasterise::{self, rasterise};
 use crate::refine::surface::{Cost, Mean, NONE, next};
@@ -21,10 +22,10 @@ fn audit(surface: &Surface, rows: &RowSums) {
         let [a, b, c] = surface.corners(t);
         let h = 3 * t as usize;
         let sums = surface.sums[h] + surface.sums[h + 1] + surface.sums[h + 2];
-        let (kept, anew) = (surface.cost[t as usize], Cost::of(rows, &sums, a, b, c));
+        let (kept, anew) = (surface.cost[t as usize], Cost::of(rows, &sums, [a, b, c]));
         assert!((kept.error - anew.error).abs() <= 1e-9 * anew.error.abs(), "{kept:?} {anew:?}");
         assert!((kept.shape - anew.shape).abs() <= 1e-9 * anew.shape.abs(), "{kept:?} {anew:?}");
-        let mean = Mean::of(&rows.total(&sums, a, b, c));
+        let mean = Mean::of(&rows.total(&sums, orient(a, b, c), [a, b, c]));
         assert_eq!(surface.mean[t as usize], mean, "the mean of triangle {t} was not brought up");
     }
     for v in 0..surface.at.len() as u32 {
@@ -60,12 +61,13 @@ proptest! {
         (seed, noise, opaque) in (0u64..1000, any::<u8>(), any::<bool>()),
         regularity in prop_oneof![Just(0.0), Just(REGULARITY), Just(1.0), 0.0f64..=1.0],
         (replace, threshold) in (prop_oneof![Just(0.0), Just(0.05), Just(1.0)], prop_oneof![Just(0.0), Just(0.01)]),
+        (steps, part) in prop_oneof![Just((1, 0)), (0u32..2, 1u32..8)],
     ) {
         let size = Size::new(width, height);
         let frame = picture(size, seed, noise, opaque);
         let mut mesh = mesh_of(size, &places, snap);
         let before = mesh.clone();
-        let options = RefineOptions { steps: 1, regularity, replace, threshold, closely: opaque, echo: 0.0 };
+        let options = RefineOptions { steps, part, regularity, replace, threshold, closely: opaque, echo: 0.0 };
         let mut refiner = Refiner::default();
         let mut error = f64::INFINITY;
         // What rounding makes of sums as large as that.
@@ -114,7 +116,14 @@ proptest! {
     ) {
         let frame = picture(Size::new(width, height), seed, noise, opaque);
         let mut mesh = mesh_of(frame.size(), &places, 1);
-        let options = RefineOptions { steps: 20, regularity, replace, threshold, closely: opaque, echo: 0.0 };
+        let options = RefineOptions {
+            steps: 20,
+            regularity,
+            replace,
+            threshold,
+            closely: opaque,
+            ..RefineOptions::draft()
+        };
         let mut seen = Vec::new();
         let mut watch = |mesh: &Mesh, error: f64| {
             seen.push((mesh.check(), error, error_of(mesh, &frame)));

@@ -36,6 +36,77 @@ fn a_still_video_stands_still_before_its_tenth_frame() {
     }
 }
 
+/// In parts of a step a video gets as far as in whole ones, and comes to rest as well, in as many more
+/// frames as there are parts. What rests counted frames once: most vertices fell asleep before their turn.
+#[test]
+fn parts_of_a_step_get_as_far_as_steps() {
+    let frame = picture(Size::new(240, 180), 2, 40, true);
+    let course = |steps: u32, part: u32, frames: u32| {
+        let mut mesh = scattered(frame.size(), 1500);
+        let mut refiner = Refiner::default();
+        refiner.refine(&mut mesh, &frame, &RefineOptions { steps: 1, ..RefineOptions::normal() });
+        let live = RefineOptions { steps, part, threshold: 0.0, ..RefineOptions::live() };
+        let mut errors = Vec::new();
+        let mut moved = 0;
+        for _ in 0..frames {
+            let refined = refiner.resume(&mut mesh, &frame, &live);
+            assert_eq!((mesh.check(), refined.steps), (Ok(()), 1));
+            moved = refined.moved + refined.flipped + refined.replaced.len();
+            errors.push(refined.error_after);
+        }
+        assert_eq!(moved, 0, "{steps} {part}: still busy after {frames} frames");
+        (errors[0], errors[frames as usize - 1])
+    };
+    let (first, last) = course(1, 0, 20);
+    for (part, parts) in [(1, 8), (2, 4), (4, 2)] {
+        let (first_part, last_part) = course(0, part, 20 * parts);
+        assert!(first_part > first, "{part}: a part does less than all");
+        assert!(last_part <= 1.05 * last, "{part}: {last_part} after parts, {last} after steps");
+    }
+}
+
+/// A mesh for which there was no time yet is taken up as one that has just come.
+#[test]
+fn a_prepared_mesh_is_refined_as_a_new_one() {
+    let frame = picture(Size::new(120, 90), 2, 40, true);
+    let mut refiner = Refiner::default();
+    refine_in(&mut refiner, &frame, 200);
+    let mut prepared = scattered(frame.size(), 300);
+    let mut anew = prepared.clone();
+    refiner.prepare(&prepared);
+    let live = RefineOptions { steps: 1, ..RefineOptions::live() };
+    let first = refiner.resume(&mut prepared, &frame, &live);
+    assert!(first.moved > 100, "nothing to tell");
+    assert_eq!(first, refine(&mut anew, &frame, &live));
+    assert_eq!(prepared, anew);
+}
+
+fn refine_in(refiner: &mut Refiner, frame: &Frame, count: u32) {
+    refiner.refine(&mut scattered(frame.size(), count), frame, &RefineOptions::normal());
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_mesh_after_parts_of_steps() {
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
+        let mut refiner = Refiner::default();
+        let mut mesh = scattered(Size::new(160, 120), 900);
+        let course = (0..12).map(|t| {
+            let frame = picture(mesh.size, 5 + u64::from(t / 6), 80, true);
+            let live =
+                RefineOptions { steps: t / 10, part: (3 * t + 1) % 8, ..RefineOptions::live() };
+            let refined = pool.install(|| refiner.resume(&mut mesh, &frame, &live));
+            (refined, mesh.clone())
+        });
+        course.collect::<Vec<_>>()
+    };
+    let one = run(1);
+    assert!(one.iter().filter(|(refined, _)| refined.moved > 20).count() > 8, "nothing to tell");
+    for threads in [2, 8] {
+        assert!(run(threads) == one, "{threads} threads");
+    }
+}
+
 /// Noise of sigma 2 neither wakes a settled mesh nor moves it.
 #[test]
 fn noise_moves_nothing() {

@@ -53,6 +53,10 @@ struct State {
     seek: Option<Rational>,
     /// A jump has been made: its first frame is shown even while paused.
     jumped: bool,
+    /// Where the last jump goes, until its first frame is on the screen.
+    aim: Option<Rational>,
+    /// The number of that frame among those admitted, once it is one of them.
+    landing: Option<u64>,
     paused: bool,
     /// Frames to be shown one by one.
     steps: u32,
@@ -129,9 +133,31 @@ impl State {
             self.pace.forget();
         }
         self.steps = self.steps.saturating_sub(1);
-        self.jumped = false;
         self.admitted += 1;
+        if std::mem::take(&mut self.jumped) {
+            self.landing = Some(self.admitted);
+        }
         Some(decoded)
+    }
+
+    /// A picture has come out of the pipeline.
+    fn arrive(&mut self) {
+        self.arrived += 1;
+        if self.landing.is_some_and(|landing| landing <= self.arrived) {
+            (self.aim, self.landing) = (None, None);
+        }
+    }
+
+    /// Goes on `seconds` from where it is, or is going to be after the last jump: `shown` is on the
+    /// screen, of a stream that is `length` long.
+    fn seek(&mut self, shown: Span, seconds: f64, length: Option<Rational>) {
+        let from = Span { start: self.aim.unwrap_or(shown.start), ..shown };
+        let aim = sought(&from, seconds, length);
+        (self.seek, self.aim, self.landing) = (Some(aim), Some(aim), None);
+        self.jumped = false;
+        self.waiting.clear();
+        self.pace.forget();
+        self.again = false;
     }
 }
 
@@ -188,14 +214,10 @@ impl Deck {
         });
     }
 
-    /// Goes on from `time`.
-    pub(super) fn seek(&self, time: Rational) {
-        self.change(|state| {
-            state.seek = Some(time);
-            state.waiting.clear();
-            state.pace.forget();
-            state.again = false;
-        });
+    /// Goes on `seconds` from the picture `shown`, or from where the last jump goes if it is not there
+    /// yet, in a stream that is `length` long.
+    pub(super) fn seek(&self, shown: Span, seconds: f64, length: Option<Rational>) {
+        self.change(|state| state.seek(shown, seconds, length));
     }
 
     /// What is on the screen is to be rendered once more, if it would not be replaced anyway.
@@ -210,7 +232,7 @@ impl Deck {
 
     /// A picture has come out of the pipeline.
     pub(super) fn arrived(&self) {
-        self.change(|state| state.arrived += 1);
+        self.change(State::arrive);
     }
 
     /// How it is going.
@@ -342,7 +364,7 @@ impl Source for Playback {
 
 /// The place `seconds` away from that of `now` in a stream that is `length` long, where known; not
 /// before its beginning, and not so near to its end that there would be no frame.
-pub(super) fn sought(now: &Span, seconds: f64, length: Option<Rational>) -> Rational {
+fn sought(now: &Span, seconds: f64, length: Option<Rational>) -> Rational {
     let frame = now.length.map_or(0.1, Rational::to_f64);
     let latest = length.map_or(f64::INFINITY, |length| length.to_f64() - 1.5 * frame);
     let target = (now.start.to_f64() + seconds).min(latest).max(0.0);

@@ -106,6 +106,32 @@ fn nothing_moves_while_paused_but_steps_and_jumps() {
     assert_eq!(state.dropped, 0);
 }
 
+/// Two quick presses used to go where one goes: the second began from the same picture.
+#[test]
+fn every_jump_begins_where_the_one_before_goes() {
+    let span = |second: i64| Span { start: Rational::new(second, 1), ..decoded(0).span };
+    let length = Some(Rational::new(60, 1));
+    let mut state = playing(0..2);
+    show(&mut state);
+    state.seek(span(0), 5.0, length);
+    state.seek(span(0), 5.0, length);
+    assert_eq!(state.seek.take(), Some(Rational::new(10, 1)));
+    // Of its first frame nothing is on the screen yet.
+    state.jumped = true;
+    state.waiting = playing(240..243).waiting;
+    state.admit().expect("a frame");
+    state.seek(span(0), -2.5, length);
+    assert_eq!(state.seek.take(), Some(Rational::new(15, 2)));
+    state.arrive();
+    state.jumped = true;
+    state.waiting = playing(180..183).waiting;
+    state.admit().expect("a frame");
+    state.arrive();
+    state.admit().expect("a frame");
+    state.seek(span(8), 5.0, length);
+    assert_eq!(state.seek, Some(Rational::new(13, 1)), "the picture on the screen counts again");
+}
+
 #[test]
 fn a_change_while_paused_shows_the_same_frame_again_and_alone() {
     let mut state = playing(0..4);
@@ -155,7 +181,7 @@ fn live_sources_keep_the_newest_and_count_the_others() {
 fn a_jump_forgets_what_was_read_ahead() {
     let deck = Deck::new(false);
     assert!(deck.feed(decoded(0), true, Duration::ZERO));
-    deck.seek(Rational::new(3, 1));
+    deck.seek(decoded(0).span, 3.0, None);
     assert!(!deck.feed(decoded(1), false, Duration::ZERO), "read before the jump");
     assert_eq!(deck.sought(), Some(Rational::new(3, 1)));
     assert!(deck.feed(decoded(72), true, Duration::ZERO));

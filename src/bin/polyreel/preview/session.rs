@@ -19,7 +19,7 @@ use super::change::changed;
 use super::keys::{Action, Look, Way, action};
 use super::mailbox::{Mailbox, Shown};
 use super::name::{free, moment};
-use super::playback::{Deck, sought};
+use super::playback::Deck;
 use super::recorder::Recorder;
 use super::scene::{Scene, draw, slid};
 use super::status::{Status, words};
@@ -274,11 +274,11 @@ impl Session {
                 if !desk.seekable {
                     return Err(Error::usage("one cannot jump in this input"));
                 }
-                let Some(shown) = &self.view.shown else { return Ok(()) };
+                let Some(shown) = self.mailbox.newest() else { return Ok(()) };
                 let length = self.info.duration;
                 let jump = length.map_or(JUMP, |length| JUMP.min(length.to_f64() * SHARE));
                 let jump = if way == Way::Up { jump } else { -jump };
-                desk.deck.seek(sought(&shown.span, jump, length));
+                desk.deck.seek(shown.span, jump, length);
             }
             _ => {
                 let told = desk.recorder.toggle();

@@ -1,0 +1,66 @@
+//! Which vertices a step is for.
+
+use crate::options::EIGHTHS;
+
+/// Neighbours that take their turns together, so that they can follow an edge of the picture together.
+const PATCH: usize = 96;
+
+/// The vertices that a step, or a part of one, is for: patches of neighbours are dealt out to as many
+/// stripes as a step has parts, and the stripes take turns. Every stripe is spread evenly over the
+/// picture, and has about as many vertices as the others.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Share {
+    first: u32,
+    stripes: u32,
+}
+
+impl Share {
+    /// All vertices.
+    pub(super) const ALL: Self = Self { first: 0, stripes: EIGHTHS };
+
+    /// Those of `stripes` stripes from the `first` on.
+    pub(super) fn new(first: u32, stripes: u32) -> Self {
+        Self { first, stripes }
+    }
+
+    /// The stripe that comes after these.
+    pub(super) fn next(self) -> u32 {
+        (self.first + self.stripes) % EIGHTHS
+    }
+
+    /// As large a share of `whole`, rounded up.
+    pub(super) fn count(self, whole: usize) -> usize {
+        (whole * self.stripes as usize).div_ceil(EIGHTHS as usize)
+    }
+
+    /// Its vertices, of all in an `order` that keeps neighbours together.
+    pub(super) fn of(self, order: &[u32]) -> impl Iterator<Item = u32> {
+        let stripes = (0..EIGHTHS).cycle();
+        let ours = move |stripe: u32| (stripe + EIGHTHS - self.first) % EIGHTHS < self.stripes;
+        let patches = order.chunks(PATCH).zip(stripes).filter(move |(_, stripe)| ours(*stripe));
+        patches.flat_map(|(patch, _)| patch).copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn in_eight_parts_every_vertex_has_its_turn_once() {
+        let order: Vec<u32> = (0..5000).rev().collect();
+        for stripes in [1, 2, 4, 8] {
+            let (mut first, mut turns) = (3, vec![0; order.len()]);
+            for _ in 0..EIGHTHS / stripes {
+                let share = Share::new(first, stripes);
+                let before = turns.iter().sum::<u32>() as usize;
+                share.of(&order).for_each(|v| turns[v as usize] += 1);
+                let visited = turns.iter().sum::<u32>() as usize - before;
+                assert!(visited.abs_diff(share.count(order.len())) <= 2 * PATCH, "{visited}");
+                first = share.next();
+            }
+            assert!(turns.iter().all(|&turns| turns == 1), "{stripes} stripes");
+        }
+        assert!(Share::ALL.of(&order).eq(order.iter().copied()));
+    }
+}

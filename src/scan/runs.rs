@@ -1,0 +1,73 @@
+//! Many triangles at once: marked where each of their rows begins, then each row of the picture run along.
+
+use super::spans;
+use crate::frame::Rgba;
+use crate::geom::Point;
+
+/// A pixel at which no triangle begins.
+const UNMARKED: Rgba = [0; 4];
+
+/// What stands for alpha 0 until it becomes transparent black: it must not be [`UNMARKED`].
+const CLEAR: Rgba = [1, 0, 0, 0];
+
+/// Fills `pixels`, whole rows of `width` from row `first` on, with the colours of `triangles`, which
+/// cover them without gap or overlap. What has alpha 0 becomes transparent black.
+///
+/// A row of a triangle is short, and there are many: to write one pixel for each of them and to pass
+/// over all once costs less than to fill them one by one.
+pub(crate) fn fill(
+    triangles: impl Iterator<Item = ([Point; 3], Rgba)>,
+    first: u32,
+    width: usize,
+    pixels: &mut [Rgba],
+) {
+    pixels.fill(UNMARKED);
+    let rows = first..first + (pixels.len() / width) as u32;
+    for (triangle, colour) in triangles {
+        let mark = if colour[3] == 0 { CLEAR } else { colour };
+        spans(triangle, rows.clone(), |y, columns| {
+            pixels[(y - first) as usize * width + columns.start] = mark;
+        });
+    }
+    pixels.chunks_exact_mut(width).for_each(run_along);
+}
+
+/// Gives each unmarked pixel the colour of the marked one before it.
+fn run_along(row: &mut [Rgba]) {
+    let mut colour = u32::from_le_bytes(UNMARKED);
+    let mut clear = false;
+    for pixel in &mut *row {
+        let mark = u32::from_le_bytes(*pixel);
+        colour = if mark == u32::from_le_bytes(UNMARKED) { colour } else { mark };
+        *pixel = colour.to_le_bytes();
+        clear |= colour == u32::from_le_bytes(CLEAR);
+    }
+    if clear {
+        row.iter_mut().filter(|pixel| **pixel == CLEAR).for_each(|pixel| *pixel = [0; 4]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pixel_has_the_colour_of_its_triangle() {
+        let p = |x, y| Point::new(x * 256, y * 256);
+        let square = [
+            ([p(0, 0), p(6, 0), p(0, 6)], [9, 8, 7, 255]),
+            ([p(6, 0), p(6, 6), p(0, 6)], [200, 100, 50, 0]),
+        ];
+        let mut slow = vec![[3; 4]; 36];
+        for (triangle, colour) in square {
+            let colour = if colour[3] == 0 { [0; 4] } else { colour };
+            spans(triangle, 0..6, |y, columns| slow[y as usize * 6..][columns].fill(colour));
+        }
+        let mut pixels = vec![[77; 4]; 36];
+        fill(square.into_iter(), 0, 6, &mut pixels);
+        assert_eq!(pixels, slow);
+        let mut lower = vec![[77; 4]; 18];
+        fill(square.into_iter(), 3, 6, &mut lower);
+        assert_eq!(lower, slow[18..]);
+    }
+}
