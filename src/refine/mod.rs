@@ -195,6 +195,7 @@ impl Refiner {
     /// Takes up a new `mesh` that is not to be refined before the next frame, for which
     /// [`Refiner::resume`] then has less to do.
     pub fn prepare(&mut self, mesh: &Mesh) {
+        self.echo.forget();
         self.surface.link(mesh);
         self.surface.stored.clone_from(&mesh.triangles);
         // All triangles count as changed in the next frame.

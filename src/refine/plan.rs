@@ -52,7 +52,7 @@ impl RefineOptions {
         }
     }
 
-    /// Steps that `options` ask for on a mesh that comes from the frame before and is not locked.
+    /// Steps that `options` ask for on a mesh that comes from the frame before.
     pub fn live_steps(options: &Options) -> u32 {
         options.refine.unwrap_or(match options.quality {
             Quality::Draft => 0,

@@ -74,7 +74,7 @@ fn a_prepared_mesh_is_refined_as_a_new_one() {
     let mut prepared = scattered(frame.size(), 300);
     let mut anew = prepared.clone();
     refiner.prepare(&prepared);
-    let live = RefineOptions { steps: 1, ..RefineOptions::live() };
+    let live = RefineOptions { steps: 1, echo: 0.3, ..RefineOptions::live() };
     let first = refiner.resume(&mut prepared, &frame, &live);
     assert!(first.moved > 100, "nothing to tell");
     assert_eq!(first, refine(&mut anew, &frame, &live));
@@ -82,7 +82,8 @@ fn a_prepared_mesh_is_refined_as_a_new_one() {
 }
 
 fn refine_in(refiner: &mut Refiner, frame: &Frame, count: u32) {
-    refiner.refine(&mut scattered(frame.size(), count), frame, &RefineOptions::normal());
+    let normal = RefineOptions { echo: 0.3, ..RefineOptions::normal() };
+    refiner.refine(&mut scattered(frame.size(), count), frame, &normal);
 }
 
 #[test]
