@@ -29,6 +29,11 @@ impl Chain {
         }
     }
 
+    /// Takes back a picture that was looked at, as the sinks of a video give it back.
+    pub(crate) fn reuse(&mut self, picture: Picture) {
+        self.painter.reuse(picture.frame.into_pixels());
+    }
+
     /// Renders `frame`, and calls `done` after each of [`STAGES`]. Taking up the mesh for the next frame
     /// counts as refinement, letting go of what nobody needs any more as rasterising.
     pub(crate) fn render(&mut self, frame: &Frame, mut done: impl FnMut(Stage)) -> Picture {

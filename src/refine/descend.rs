@@ -68,6 +68,14 @@ struct Visits {
     costs: Vec<Cost>,
 }
 
+impl Visits {
+    fn clear(&mut self) {
+        self.visits.clear();
+        self.spokes.clear();
+        self.costs.clear();
+    }
+}
+
 /// Vertices that take their turns together, so that what surrounds them stays in the cache.
 const BLOCK: usize = 4096;
 
@@ -133,19 +141,19 @@ fn descend(
 ) -> usize {
     let here = &*surface;
     let reaches = &*reach;
-    let look = |vertices: &[u32]| {
-        let mut visits = Visits::default();
-        let mut ring = Ring::default();
+    let packs = class.par_chunks(PACK);
+    found.resize_with(found.len().max(packs.len()), Visits::default);
+    let found = &mut found[..packs.len()];
+    found.par_iter_mut().zip(packs).for_each_init(Ring::default, |ring, (visits, vertices)| {
+        visits.clear();
         for &v in vertices {
             let reach = match reaches[v as usize] {
                 0 => WAKING_REACH,
                 reach => reach,
             };
-            visit(here, v, reach, field, &mut ring, &mut visits);
+            visit(here, v, reach, field, ring, visits);
         }
-        visits
-    };
-    class.par_chunks(PACK).map(look).collect_into_vec(found);
+    });
     found.iter().map(|visits| apply(field.rows, surface, rest, reach, visits)).sum()
 }
 

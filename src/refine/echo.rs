@@ -23,6 +23,8 @@ const ONE: f64 = 128.0;
 pub(super) struct Echo {
     source: Vec<Rgba>,
     spare: Vec<Rgba>,
+    /// Triangles by the bands of rows that they reach into.
+    bands: Vec<Vec<([Point; 3], Rgba)>>,
 }
 
 impl Echo {
@@ -40,35 +42,55 @@ impl Echo {
     }
 
     /// `frame` with a `share` (0 to below 1) of what the triangles of `surface`, which are still those
-    /// of the last frame, missed of it. `None` where there is no last frame like this one.
+    /// of the last frame, missed of it. `None` where there is no last frame like this one. Takes up the
+    /// frame as [`Echo::hear`] does.
     pub(super) fn answer(&mut self, surface: &Surface, frame: &Frame, share: f64) -> Option<Frame> {
-        let share = (share * ONE).round() as i16;
-        let size = frame.size();
-        if share <= 0 || !frame.is_opaque() || self.source.len() != size.pixels() {
+        let (size, part) = (frame.size(), (share * ONE).round() as i16);
+        if part <= 0 || !frame.is_opaque() || self.source.len() != size.pixels() {
+            self.hear(frame, share);
             return None;
         }
-        let width = size.width as usize;
         let mut pixels = std::mem::take(&mut self.spare);
         pixels.resize(size.pixels(), [0; 4]);
-        let bands = bands(surface);
-        let parts = pixels.par_chunks_mut(width * BAND as usize).zip(bands).enumerate();
-        parts.for_each(|(band, (pixels, triangles))| {
-            let first = band as u32 * BAND;
-            runs::fill(triangles.into_iter(), first, width, pixels);
-            let here = first as usize * width..first as usize * width + pixels.len();
-            let (now, then) = (&frame.pixels()[here.clone()], &self.source[here]);
+        self.sort_into_bands(surface);
+        let width = size.width as usize;
+        let rows = width * BAND as usize;
+        let sources = self.source.par_chunks_mut(rows).zip(frame.pixels().par_chunks(rows));
+        let parts = pixels.par_chunks_mut(rows).zip(sources).zip(&self.bands).enumerate();
+        parts.for_each(|(band, ((pixels, (then, now)), triangles))| {
+            runs::fill(triangles.iter().copied(), band as u32 * BAND, width, pixels);
             let bytes = pixels.as_flattened_mut();
             widest(
                 #[inline(always)]
-                || mix(bytes, now.as_flattened(), then.as_flattened(), share),
+                || mix(bytes, now.as_flattened(), then.as_flattened(), part),
             );
+            then.copy_from_slice(now);
         });
         Frame::opaque(size, pixels).ok()
     }
 
     /// Takes a frame of [`Echo::answer`] back, to use its memory again.
     pub(super) fn keep(&mut self, answered: Option<Frame>) {
-        self.spare = answered.map(Frame::into_pixels).unwrap_or_default();
+        if let Some(answered) = answered {
+            self.spare = answered.into_pixels();
+        }
+    }
+
+    /// Puts down for each band of rows the triangles that reach into it, in their colours.
+    fn sort_into_bands(&mut self, surface: &Surface) {
+        self.bands.iter_mut().for_each(Vec::clear);
+        self.bands.resize_with(surface.size.height.div_ceil(BAND) as usize, Vec::new);
+        for t in 0..surface.triangles() as u32 {
+            let corners = surface.corners(t);
+            let rows = scan::rows(corners);
+            if rows.is_empty() {
+                continue;
+            }
+            let [r, g, b, _] = surface.mean[t as usize].colour.map(|c| (c + 0.5) as u8);
+            for band in rows.start / BAND..=(rows.end - 1) / BAND {
+                self.bands[band as usize].push((corners, [r, g, b, 255]));
+            }
+        }
     }
 }
 
@@ -79,21 +101,4 @@ fn mix(out: &mut [u8], now: &[u8], then: &[u8], share: i16) {
         let part = ((i16::from(*out) - i16::from(then)) * share + ONE as i16 / 2) >> 7;
         *out = (i16::from(now) + part).clamp(0, 255) as u8;
     }
-}
-
-/// For each band of rows the triangles that reach into it, in their colours.
-fn bands(surface: &Surface) -> Vec<Vec<([Point; 3], Rgba)>> {
-    let mut bands = vec![Vec::new(); surface.size.height.div_ceil(BAND) as usize];
-    for t in 0..surface.triangles() as u32 {
-        let corners = surface.corners(t);
-        let rows = scan::rows(corners);
-        if rows.is_empty() {
-            continue;
-        }
-        let [r, g, b, _] = surface.mean[t as usize].colour.map(|c| c.round() as u8);
-        for band in rows.start / BAND..=(rows.end - 1) / BAND {
-            bands[band as usize].push((corners, [r, g, b, 255]));
-        }
-    }
-    bands
 }

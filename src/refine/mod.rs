@@ -230,7 +230,6 @@ impl Refiner {
         }
         rayon::scope(|_| {
             let wanted = self.echo.answer(&self.surface, frame, options.echo);
-            self.echo.hear(frame, options.echo);
             let frame = wanted.as_ref().unwrap_or(frame);
             self.rows.load(frame);
             let carried = self.surface.relink(mesh);
