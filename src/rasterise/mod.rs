@@ -11,7 +11,7 @@ use crate::frame::{Fill, Frame, Rgba};
 use crate::geom::Point;
 use crate::mesh::Mesh;
 use crate::options::Options;
-use crate::scan::{self, runs};
+use crate::scan::runs::{BAND, Bands};
 use crate::vector::widest;
 use memory::Memory;
 use sparse::sparse_means;
@@ -28,9 +28,6 @@ pub struct Painting {
     pub fills: Vec<Fill>,
 }
 
-/// Rows that are filled as one piece of work.
-const BAND: u32 = 64;
-
 /// Triangles whose means are taken as one piece of work.
 const PACK: usize = 512;
 
@@ -42,13 +39,20 @@ pub struct Painter {
     memory: Memory,
     /// Pixels of a picture that is no longer needed.
     spent: Vec<Rgba>,
+    bands: Bands,
 }
 
 impl Painter {
     /// A painter as `options` ask for it.
     pub fn new(options: &Options) -> Self {
         let style = Style::of(options);
-        Self { style, coherence: options.coherence, memory: Memory::default(), spent: Vec::new() }
+        Self {
+            style,
+            coherence: options.coherence,
+            memory: Memory::default(),
+            spent: Vec::new(),
+            bands: Bands::default(),
+        }
     }
 
     /// Takes the pixels of a picture that is no longer needed: the next one is painted in their memory.
@@ -86,7 +90,7 @@ impl Painter {
         if self.coherence > 0.0 {
             self.memory.steady(mesh, &mut fills, self.coherence);
         }
-        paint(mesh, fills, &self.style, std::mem::take(&mut self.spent))
+        paint(mesh, fills, &self.style, std::mem::take(&mut self.spent), &mut self.bands)
     }
 }
 
@@ -96,20 +100,25 @@ impl Painter {
 /// A transparent pixel weighs nothing in the mean; the triangle's alpha is the mean alpha. Mesh and
 /// frame must have one size.
 pub fn rasterise(mesh: &Mesh, frame: &Frame, outline: Option<Rgba>) -> Painting {
-    paint(mesh, means(mesh, frame), &Style::plain(outline), Vec::new())
+    paint(mesh, means(mesh, frame), &Style::plain(outline), Vec::new(), &mut Bands::default())
 }
 
-/// The picture, in the memory of `pixels`.
-fn paint(mesh: &Mesh, mut fills: Vec<Fill>, style: &Style, mut pixels: Vec<Rgba>) -> Painting {
+/// The picture, in the memory of `pixels` and `bands`.
+fn paint(
+    mesh: &Mesh,
+    mut fills: Vec<Fill>,
+    style: &Style,
+    mut pixels: Vec<Rgba>,
+    bands: &mut Bands,
+) -> Painting {
     pixels.resize(mesh.size.pixels(), [0; 4]);
     let lined = style.outline.is_some();
     let colours = if lined { fills.iter().map(|f| f.colour).collect() } else { Vec::new() };
     style.grade(&mut fills);
-    fill(mesh, &fills, &mut pixels);
+    fill(mesh, &fills, &mut pixels, bands);
     fills.extend(style.draw(&mut pixels, mesh, &colours));
     let opaque = fills.iter().all(|fill| fill.colour[3] == 255);
-    let new = if opaque { Frame::opaque } else { Frame::new };
-    let frame = new(mesh.size, pixels).expect("as many pixels as the mesh covers");
+    let frame = Frame::known(mesh.size, pixels, opaque).expect("as many pixels as the mesh covers");
     Painting { frame, fills }
 }
 
@@ -168,31 +177,13 @@ fn below_centroid(frame: &Frame, [a, b, c]: [Point; 3]) -> Rgba {
 }
 
 /// Paints the triangles of `mesh` in the colours of `fills` on `pixels`, which are of its size. What has
-/// alpha 0 becomes transparent black.
-fn fill(mesh: &Mesh, fills: &[Fill], pixels: &mut [Rgba]) {
+/// alpha 0 becomes transparent black. `bands` is memory to work in.
+fn fill(mesh: &Mesh, fills: &[Fill], pixels: &mut [Rgba], bands: &mut Bands) {
     let width = mesh.size.width as usize;
-    let bands = triangles_by_band(mesh);
-    pixels.par_chunks_mut(width * BAND as usize).zip(bands).enumerate().for_each(
-        |(band, (pixels, triangles))| {
-            let colour = |t: u32| (mesh.triangle(t as usize), fills[t as usize].colour);
-            runs::fill(triangles.into_iter().map(colour), band as u32 * BAND, width, pixels);
-        },
-    );
-}
-
-/// For each band of rows the triangles that reach into it.
-fn triangles_by_band(mesh: &Mesh) -> Vec<Vec<u32>> {
-    let mut bands = vec![Vec::new(); mesh.size.height.div_ceil(BAND) as usize];
-    for t in 0..mesh.triangles.len() {
-        let rows = scan::rows(mesh.triangle(t));
-        if rows.is_empty() {
-            continue;
-        }
-        for band in rows.start / BAND..=(rows.end - 1) / BAND {
-            bands[band as usize].push(t as u32);
-        }
-    }
-    bands
+    let painted = fills.iter().enumerate().map(|(t, fill)| (mesh.triangle(t), fill.colour));
+    bands.sort(mesh.size.height, painted);
+    let parts = pixels.par_chunks_mut(width * BAND as usize).enumerate();
+    parts.for_each(|(band, pixels)| bands.fill(band, width, pixels));
 }
 
 #[cfg(test)]
@@ -200,6 +191,7 @@ mod tests {
     use super::*;
     use crate::chance::{Purpose, rank};
     use crate::geom::Size;
+    use crate::scan;
     use crate::triangulate::triangulate;
     use proptest::prelude::*;
 

@@ -4,12 +4,8 @@ use rayon::prelude::*;
 
 use super::surface::Surface;
 use crate::frame::{Frame, Rgba};
-use crate::geom::Point;
-use crate::scan::{self, runs};
+use crate::scan::runs::{BAND, Bands};
 use crate::vector::widest;
-
-/// Rows that are mixed as one piece of work.
-const BAND: u32 = 32;
 
 /// One in the fixed-point numbers of the mixture.
 const ONE: f64 = 128.0;
@@ -23,8 +19,8 @@ const ONE: f64 = 128.0;
 pub(super) struct Echo {
     source: Vec<Rgba>,
     spare: Vec<Rgba>,
-    /// Triangles by the bands of rows that they reach into.
-    bands: Vec<Vec<([Point; 3], Rgba)>>,
+    /// The triangles of the last frame.
+    bands: Bands,
 }
 
 impl Echo {
@@ -52,13 +48,17 @@ impl Echo {
         }
         let mut pixels = std::mem::take(&mut self.spare);
         pixels.resize(size.pixels(), [0; 4]);
-        self.sort_into_bands(surface);
+        let painted = (0..surface.triangles()).map(|t| {
+            let [r, g, b, _] = surface.mean[t].colour.map(|c| (c + 0.5) as u8);
+            (surface.corners(t as u32), [r, g, b, 255])
+        });
+        self.bands.sort(size.height, painted);
         let width = size.width as usize;
         let rows = width * BAND as usize;
         let sources = self.source.par_chunks_mut(rows).zip(frame.pixels().par_chunks(rows));
-        let parts = pixels.par_chunks_mut(rows).zip(sources).zip(&self.bands).enumerate();
-        parts.for_each(|(band, ((pixels, (then, now)), triangles))| {
-            runs::fill(triangles.iter().copied(), band as u32 * BAND, width, pixels);
+        let parts = pixels.par_chunks_mut(rows).zip(sources).enumerate();
+        parts.for_each(|(band, (pixels, (then, now)))| {
+            self.bands.fill(band, width, pixels);
             let bytes = pixels.as_flattened_mut();
             widest(
                 #[inline(always)]
@@ -66,30 +66,13 @@ impl Echo {
             );
             then.copy_from_slice(now);
         });
-        Frame::opaque(size, pixels).ok()
+        Frame::known(size, pixels, true).ok()
     }
 
     /// Takes a frame of [`Echo::answer`] back, to use its memory again.
     pub(super) fn keep(&mut self, answered: Option<Frame>) {
         if let Some(answered) = answered {
             self.spare = answered.into_pixels();
-        }
-    }
-
-    /// Puts down for each band of rows the triangles that reach into it, in their colours.
-    fn sort_into_bands(&mut self, surface: &Surface) {
-        self.bands.iter_mut().for_each(Vec::clear);
-        self.bands.resize_with(surface.size.height.div_ceil(BAND) as usize, Vec::new);
-        for t in 0..surface.triangles() as u32 {
-            let corners = surface.corners(t);
-            let rows = scan::rows(corners);
-            if rows.is_empty() {
-                continue;
-            }
-            let [r, g, b, _] = surface.mean[t as usize].colour.map(|c| (c + 0.5) as u8);
-            for band in rows.start / BAND..=(rows.end - 1) / BAND {
-                self.bands[band as usize].push((corners, [r, g, b, 255]));
-            }
         }
     }
 }

@@ -292,18 +292,16 @@ fn sum_opaque(rows: [&[Rgba]; TOGETHER], counted: usize, out: &mut [u64]) -> u64
         }
     }
     out[a.len()] = sums;
-    rows[..counted].iter().map(|row| row_squares(row)).sum()
-}
-
-/// The squares of the colours of `row`, at most 16384 pixels.
-fn row_squares(row: &[Rgba]) -> u64 {
-    let square = |v: u8| u32::from(v) * u32::from(v);
-    // 3 x 255^2 for each of them stays below 2^32.
-    let sum = widest(
+    widest(
         #[inline(always)]
-        || row.iter().map(|&[r, g, b, _]| square(r) + square(g) + square(b)).sum::<u32>(),
-    );
-    u64::from(sum)
+        || {
+            let mut squares = LaneSquares::default();
+            for row in &rows[..counted] {
+                squares.add(row, row.len());
+            }
+            squares.total()
+        },
+    )
 }
 
 /// The same for one row with alpha: colours are multiplied by it, rounded to the nearest, so that they

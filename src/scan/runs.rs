@@ -1,6 +1,6 @@
 //! Many triangles at once: marked where each of their rows begins, then each row of the picture run along.
 
-use super::spans;
+use super::{rows, spans};
 use crate::frame::Rgba;
 use crate::geom::Point;
 
@@ -10,12 +10,45 @@ const UNMARKED: Rgba = [0; 4];
 /// What stands for alpha 0 until it becomes transparent black: it must not be [`UNMARKED`].
 const CLEAR: Rgba = [1, 0, 0, 0];
 
+/// Rows that are filled as one piece of work.
+pub(crate) const BAND: u32 = 64;
+
+/// Triangles with their colours, by the bands of [`BAND`] rows that they reach into.
+#[derive(Debug, Default)]
+pub(crate) struct Bands(Vec<Vec<([Point; 3], Rgba)>>);
+
+impl Bands {
+    /// Takes `triangles` of a picture of `height` rows, in the memory of the last ones.
+    pub(crate) fn sort(
+        &mut self,
+        height: u32,
+        triangles: impl Iterator<Item = ([Point; 3], Rgba)>,
+    ) {
+        self.0.iter_mut().for_each(Vec::clear);
+        self.0.resize_with(height.div_ceil(BAND) as usize, Vec::new);
+        for (triangle, colour) in triangles {
+            let rows = rows(triangle);
+            if rows.is_empty() {
+                continue;
+            }
+            for band in rows.start / BAND..=(rows.end - 1) / BAND {
+                self.0[band as usize].push((triangle, colour));
+            }
+        }
+    }
+
+    /// Fills `pixels`, the rows of the `number`-th band, each `width` long: see [`fill`].
+    pub(crate) fn fill(&self, number: usize, width: usize, pixels: &mut [Rgba]) {
+        fill(self.0[number].iter().copied(), number as u32 * BAND, width, pixels);
+    }
+}
+
 /// Fills `pixels`, whole rows of `width` from row `first` on, with the colours of `triangles`, which
 /// cover them without gap or overlap. What has alpha 0 becomes transparent black.
 ///
 /// A row of a triangle is short, and there are many: to write one pixel for each of them and to pass
 /// over all once costs less than to fill them one by one.
-pub(crate) fn fill(
+fn fill(
     triangles: impl Iterator<Item = ([Point; 3], Rgba)>,
     first: u32,
     width: usize,

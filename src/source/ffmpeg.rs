@@ -291,8 +291,7 @@ impl Source for VideoSource {
         let frame = match self.track.pixels {
             Pixels::Planar(layout, coding) => {
                 to_rgba(&layout, coding, &raw.data, &mut pixels);
-                let new = if layout.alpha { Frame::new } else { Frame::opaque };
-                new(self.info.size, pixels)?
+                Frame::known(self.info.size, pixels, !layout.alpha)?
             }
             Pixels::Rgba => {
                 pixels.clear();

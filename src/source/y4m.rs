@@ -211,8 +211,7 @@ impl<R: Read> Source for Y4mSource<R> {
         let coding =
             Coding::of(self.info.colour.as_ref().unwrap_or(&Colorimetry::default()), layout.size);
         to_rgba(layout, coding, &self.planes, &mut pixels);
-        let new = if layout.alpha { Frame::new } else { Frame::opaque };
-        let mut frame = new(layout.size, pixels)?;
+        let mut frame = Frame::known(layout.size, pixels, !layout.alpha)?;
         if self.info.size != layout.size {
             let Size { width, height } = self.info.size;
             let image =
