@@ -218,12 +218,14 @@ impl Grid {
         let rows = self.vectors.len() / self.columns;
         let at = |i: usize| {
             let (x, y) = (i % self.columns, i / self.columns);
-            let mut around = Vec::with_capacity(9);
+            let (mut around, mut count) = ([[0.0; 2]; 9], 0);
             for v in y.saturating_sub(1)..(y + 2).min(rows) {
                 for u in x.saturating_sub(1)..(x + 2).min(self.columns) {
-                    around.push(self.vectors[v * self.columns + u]);
+                    around[count] = self.vectors[v * self.columns + u];
+                    count += 1;
                 }
             }
+            let around = &mut around[..count];
             [0, 1].map(|n| {
                 around.sort_unstable_by(|a, b| a[n].total_cmp(&b[n]));
                 around[around.len() / 2][n]

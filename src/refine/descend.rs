@@ -63,6 +63,8 @@ struct Visit {
 /// The visits of one piece of work, with the spokes and costs of the vertices that move.
 #[derive(Debug, Default)]
 struct Visits {
+    /// Memory to look around in.
+    ring: Ring,
     visits: Vec<Visit>,
     spokes: Vec<Sums>,
     costs: Vec<Cost>,
@@ -144,20 +146,22 @@ fn descend(
     let packs = class.par_chunks(PACK);
     found.resize_with(found.len().max(packs.len()), Visits::default);
     let found = &mut found[..packs.len()];
-    found.par_iter_mut().zip(packs).for_each_init(Ring::default, |ring, (visits, vertices)| {
+    found.par_iter_mut().zip(packs).for_each(|(visits, vertices)| {
         visits.clear();
         for &v in vertices {
             let reach = match reaches[v as usize] {
                 0 => WAKING_REACH,
                 reach => reach,
             };
-            visit(here, v, reach, field, ring, visits);
+            visit(here, v, reach, field, visits);
         }
     });
-    found.iter().map(|visits| apply(field.rows, surface, rest, reach, visits)).sum()
+    let mut fan = Vec::new();
+    found.iter().map(|visits| apply(field.rows, surface, rest, reach, visits, &mut fan)).sum()
 }
 
-fn visit(surface: &Surface, v: u32, reach: i32, field: Field, ring: &mut Ring, out: &mut Visits) {
+fn visit(surface: &Surface, v: u32, reach: i32, field: Field, out: &mut Visits) {
+    let ring = &mut out.ring;
     ring.surround(surface, v);
     let from = surface.at[v as usize];
     let mean = |i: usize| surface.mean[ring.links[i] as usize / 3].known();
@@ -182,6 +186,7 @@ fn visit(surface: &Surface, v: u32, reach: i32, field: Field, ring: &mut Ring, o
     let mut line = Line { ring, from, direction, slope: length, before, field };
     let (to, reach) = line.search(reach);
     if let Some(to) = to {
+        let ring = &out.ring;
         out.spokes.extend_from_slice(ring.distinct_spokes());
         out.costs.extend((0..ring.len()).map(|i| ring.triangle_cost(field.rows, i, to)));
     }
@@ -260,10 +265,10 @@ fn apply(
     rest: &mut Rest,
     reach: &mut [i32],
     found: &Visits,
+    fan: &mut Vec<u32>,
 ) -> usize {
     let (mut spokes, mut costs) = (&found.spokes[..], &found.costs[..]);
     let mut moved = 0;
-    let mut fan = Vec::new();
     for visit in &found.visits {
         let v = visit.vertex as usize;
         reach[v] = visit.reach;
@@ -276,7 +281,7 @@ fn apply(
         surface.at[v] = to;
         fan.clear();
         surface.around(visit.vertex, |h| fan.push(h));
-        for &h in &fan {
+        for &h in &*fan {
             if let Some((&spoke, rest)) = spokes.split_first() {
                 surface.set_sums(h, spoke);
                 spokes = rest;

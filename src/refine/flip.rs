@@ -27,20 +27,15 @@ pub(super) fn flip(
         let twin = surface.twin[h as usize];
         rest.allows_triangle(surface, h / 3) || rest.allows_triangle(surface, twin / 3)
     };
-    (0..here.origin.len().div_ceil(PACK))
-        .into_par_iter()
-        .map(|pack| {
-            let end = ((pack + 1) * PACK).min(here.origin.len());
-            let edges = pack as u32 * PACK as u32..end as u32;
-            edges
-                .filter(|&h| {
-                    is_fresh(here, h, since)
-                        && is_allowed(here, h)
-                        && turned(here, h, field).is_some()
-                })
-                .collect()
-        })
-        .collect_into_vec(found);
+    found.resize_with(here.origin.len().div_ceil(PACK), Vec::new);
+    found.par_iter_mut().enumerate().for_each(|(pack, found)| {
+        let end = ((pack + 1) * PACK).min(here.origin.len());
+        let edges = pack as u32 * PACK as u32..end as u32;
+        found.clear();
+        found.extend(edges.filter(|&h| {
+            is_fresh(here, h, since) && is_allowed(here, h) && turned(here, h, field).is_some()
+        }));
+    });
     let mut flips = 0;
     for &h in found.iter().flatten() {
         // A neighbour may have turned since: ask again.

@@ -1,5 +1,7 @@
 //! Taking a vertex out of the mesh and putting it in elsewhere.
 
+use smallvec::SmallVec;
+
 use super::ring::Ring;
 use super::rows::RowSums;
 use super::sums::Sums;
@@ -87,7 +89,7 @@ struct Link {
 }
 
 /// The links of `ring`, to be read before any of its triangles is written.
-fn links(surface: &Surface, ring: &Ring) -> Vec<Link> {
+fn links(surface: &Surface, ring: &Ring) -> SmallVec<[Link; MOST_CORNERS]> {
     let link = |&h: &u32| Link {
         vertex: surface.from(h),
         twin: surface.twin[h as usize],
@@ -109,8 +111,9 @@ pub(super) fn take_out(
     let mut slots = ring.links.iter().map(|&h| h / 3);
     let left = [slots.next().unwrap_or(NONE), slots.next().unwrap_or(NONE)];
     // Chords whose inner triangle is still to be made, with the half-edge on their outer side.
-    let mut open = vec![(0, corners - 1, NONE)];
-    let mut made = Vec::with_capacity(corners);
+    let mut open = SmallVec::<[_; MOST_CORNERS]>::new();
+    open.push((0, corners - 1, NONE));
+    let mut made = SmallVec::<[_; MOST_CORNERS]>::new();
     while let (Some((i, j, outer)), Some(t)) = (open.pop(), slots.next()) {
         let m = usize::from(closing.apex[i][j]);
         let h = 3 * t;
@@ -149,7 +152,7 @@ pub(super) fn put_in(
     spare: [u32; 2],
 ) {
     let links = links(surface, ring);
-    let mut slots: Vec<u32> = ring.links.iter().map(|&h| h / 3).collect();
+    let mut slots: SmallVec<[u32; MOST_CORNERS]> = ring.links.iter().map(|&h| h / 3).collect();
     slots.sort_unstable();
     slots.dedup();
     slots.extend(spare);

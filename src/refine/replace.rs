@@ -126,13 +126,10 @@ impl Worth {
             least.truncate(most);
         }
         let planned: Vec<(u32, Option<Cost>)> = least
-            .par_chunks(PACK)
-            .flat_map_iter(|vertices| {
-                let (mut ring, mut closing) = (Ring::default(), Closing::default());
-                vertices
-                    .iter()
-                    .map(|&(_, v)| (v, self.loss_of(surface, v, &mut ring, &mut closing, field)))
-                    .collect::<Vec<_>>()
+            .par_iter()
+            .with_min_len(PACK)
+            .map_init(<(Ring, Closing)>::default, |(ring, closing), &(_, v)| {
+                (v, self.loss_of(surface, v, ring, closing, field))
             })
             .collect();
         self.candidates.clear();
@@ -216,7 +213,7 @@ pub(super) fn replace(
     let openings = openings(surface, &worth.error, turn, most * planned, total(cheapest), field);
     let mut taken = vec![false; surface.triangles()];
     let mut replaced = Vec::new();
-    let (mut ring, mut closing) = (Ring::default(), Closing::default());
+    let (mut ring, mut around, mut closing) = <(Ring, Ring, Closing)>::default();
     let mut leaving = leaving.into_iter();
     for opening in openings {
         if replaced.len() == most {
@@ -235,7 +232,6 @@ pub(super) fn replace(
             continue;
         }
         // The cheapest vertex whose surroundings nothing has touched in this pass.
-        let mut around = Ring::default();
         let next = leaving.find(|&v| {
             around.surround(surface, v);
             around.sum_up(surface);
@@ -281,16 +277,12 @@ fn openings(
         worst.truncate(most);
     }
     worst.sort_unstable_by(order);
-    let mut openings: Vec<Opening> = worst
-        .par_chunks(PACK / 4)
-        .flat_map_iter(|triangles| {
-            let mut ring = Ring::default();
-            triangles
-                .iter()
-                .filter_map(|&t| best_opening(surface, t, field, &mut ring))
-                .collect::<Vec<_>>()
-        })
+    let found: Vec<Option<Opening>> = worst
+        .par_iter()
+        .with_min_len(PACK / 4)
+        .map_init(Ring::default, |ring, &t| best_opening(surface, t, field, ring))
         .collect();
+    let mut openings: Vec<Opening> = found.into_iter().flatten().collect();
     let gain = |o: &Opening| o.worth(field.weight);
     openings.sort_unstable_by(|a, b| gain(b).total_cmp(&gain(a)).then(a.site.cmp(&b.site)));
     openings
