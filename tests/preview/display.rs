@@ -13,6 +13,9 @@ use x11rb::rust_connection::RustConnection;
 /// How long anything may take before a test gives up. Nothing depends on how long it does take.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// The largest window of the tests.
+pub(crate) const ROOM: (u16, u16) = (1024, 768);
+
 /// Tries `look` until it finds something.
 pub(crate) fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     let began = Instant::now();
@@ -50,19 +53,28 @@ impl Shot {
 }
 
 impl Display {
-    /// The display of the environment; `None`, loudly, if there is none.
+    /// The display of the environment; `None`, loudly, if there is none that will do.
     pub(crate) fn open() -> Option<Self> {
-        match RustConnection::connect(None) {
-            Ok((x, screen)) => {
-                let root = x.setup().roots[screen].root;
-                Some(Self { x, root })
-            }
+        match Self::connect() {
+            Ok(display) => Some(display),
             Err(error) => {
                 assert_ne!(std::env::var("REQUIRE_DISPLAY").as_deref(), Ok("1"), "{error}");
-                eprintln!("SKIPPED: there is no X display: {error}");
+                eprintln!("SKIPPED: {error}");
                 None
             }
         }
+    }
+
+    fn connect() -> Result<Self, String> {
+        let connected = RustConnection::connect(None);
+        let (x, screen) = connected.map_err(|error| format!("there is no X display: {error}"))?;
+        let screen = &x.setup().roots[screen];
+        let (size, root) = ((screen.width_in_pixels, screen.height_in_pixels), screen.root);
+        // What sticks out of the screen cannot be looked at.
+        if size.0 < ROOM.0 || size.1 < ROOM.1 {
+            return Err(format!("the display has {size:?} pixels, the tests need {ROOM:?}"));
+        }
+        Ok(Self { x, root })
     }
 
     /// The window whose title begins with `title`, once it is there, with the keyboard.

@@ -146,7 +146,7 @@ fn a_resized_window_keeps_the_proportion() {
     let running = Running::start(folder.path(), &["preview", "still.png"]);
     let window = display.window("still");
     display.shot_where(window, "a picture", is_lit);
-    for (width, height) in [(900, 300), (300, 700), (1100, 1050)] {
+    for (width, height) in [(900, 300), (300, 700), (1000, 760)] {
         display.resize(window, width, height);
         let (width, height) = (width as usize, height as usize);
         display.shot_where(window, "the picture in its new size", |shot| {
