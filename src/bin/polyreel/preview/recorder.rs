@@ -133,6 +133,7 @@ fn finish(tape: Tape) -> String {
         return "nothing was recorded".to_owned();
     }
     match sink.finish() {
+        Ok(()) if pictures == 1 => format!("{name}: 1 picture"),
         Ok(()) => format!("{name}: {pictures} pictures"),
         Err(error) => error.to_string(),
     }
