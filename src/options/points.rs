@@ -7,7 +7,7 @@ use crate::geom::Size;
 
 /// How many seeds a frame is to have.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[serde(try_from = "Written", into = "String")]
 pub enum Points {
     /// This many.
     Count(u32),
@@ -56,10 +56,21 @@ impl std::str::FromStr for Points {
     }
 }
 
-impl TryFrom<String> for Points {
+/// How a preset may write it: a count needs no quotes.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a count (2000), a share (\"0.8%\") or \"auto\"")]
+enum Written {
+    Count(u32),
+    Text(String),
+}
+
+impl TryFrom<Written> for Points {
     type Error = Error;
-    fn try_from(text: String) -> Result<Self> {
-        text.parse()
+    fn try_from(written: Written) -> Result<Self> {
+        match written {
+            Written::Count(count) => Ok(Points::Count(count)),
+            Written::Text(text) => text.parse(),
+        }
     }
 }
 

@@ -212,6 +212,18 @@ mod tests {
     }
 
     #[test]
+    fn a_count_of_points_needs_no_quotes() {
+        let points = |text: &str| Options::from_toml(text).map(|options| options.points);
+        assert_eq!(points("points = 1500").expect("a count"), Points::Count(1500));
+        assert_eq!(points("points = \"1500\"").expect("a count"), Points::Count(1500));
+        assert_eq!(points("points = \"2%\"").expect("a share"), Points::Share(0.02));
+        for wrong in ["points = 1.5", "points = -3", "points = [1]"] {
+            let said = points(wrong).expect_err("no count").to_string();
+            assert!(said.starts_with("line 1, points: ") && said.contains("0.8%"), "{said}");
+        }
+    }
+
+    #[test]
     fn errors_name_line_and_key() {
         let said = |text: &str| Options::from_toml(text).expect_err("wrong").to_string();
         let unknown = said("# mine\npionts = \"3\"\n");
