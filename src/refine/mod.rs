@@ -61,6 +61,10 @@ pub struct RefineOptions {
     /// Whether to look closely: more points along an edge, more vertices and places to choose from where
     /// some are re-placed. 3 % less error, for a fifth more time.
     pub closely: bool,
+    /// Whether a step looks at the whole mesh for vertices to re-place, not at a share in turn. On a video
+    /// a place must not wait for its turn while the picture changes: 1 to 5 % less flicker and up to a
+    /// quarter less error, for a twentieth more time. A still takes more steps for the same time.
+    pub everywhere: bool,
     /// How much it counts, on a mesh that comes from the frame before, that the picture should change as
     /// its source does, 0 (not at all) to below 1: see [`Refiner::resume`].
     pub echo: f64,
@@ -80,6 +84,7 @@ impl RefineOptions {
             replace: 0.0,
             threshold: 0.01,
             closely: false,
+            everywhere: false,
             echo: 0.0,
         }
     }
@@ -96,7 +101,7 @@ impl RefineOptions {
 
     /// A frame of a video whose mesh comes from the frame before.
     pub const fn live() -> Self {
-        Self { steps: 2, replace: 0.03, threshold: 0.02, ..Self::draft() }
+        Self { steps: 2, replace: 0.03, threshold: 0.02, everywhere: true, ..Self::draft() }
     }
 
     /// Steps, one in part among them.
@@ -263,7 +268,7 @@ impl Refiner {
         worth.reset(surface.at.len(), surface.triangles());
         let begin = surface.clock;
         let mut since = begin;
-        let (mut still, turns) = (0, turns(surface.at.len(), most));
+        let (mut still, vertices) = (0, surface.at.len());
         for pass in 0..options.passes() {
             if let Some(watch) = &mut watch {
                 surface.store(mesh);
@@ -272,7 +277,9 @@ impl Refiner {
                 }
             }
             let share = if pass < options.steps { Share::ALL } else { part };
-            let mut replaced = replace(surface, worth, rest, share.count(most), field);
+            let most = share.count(most);
+            let turns = if options.everywhere { share.turns() } else { turns(vertices, most) };
+            let mut replaced = replace(surface, worth, rest, most, turns, field);
             descent.start_anew(&replaced);
             let moved = descent.step(surface, share, rest, field);
             let flipped = flip(surface, rest, since, field, edges);

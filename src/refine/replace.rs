@@ -33,7 +33,7 @@ pub(super) struct Worth {
 }
 
 /// A pass that may re-place few vertices looks at this many for each of them, in turns. Measured: 8
-/// gain more in the same time than 32 or all.
+/// gain more in the same time than 32 or all; but see [`everywhere`](super::RefineOptions::everywhere).
 const LOOKED_AT: usize = 8;
 
 /// Of these, as many are planned for each that is re-placed, those that by their triangles' colours look
@@ -186,19 +186,20 @@ fn fan_cost(surface: &Surface, ring: &Ring) -> Cost {
 }
 
 /// Moves up to `most` inner vertices whose surroundings do best without them to the places where one
-/// more vertex gains most, the cheapest to the best, each as long as that pays. Returns the vertices.
+/// more vertex gains most, the cheapest to the best, each as long as that pays. Looks at one of `slices`
+/// parts of the mesh, which take turns. Returns the vertices.
 pub(super) fn replace(
     surface: &mut Surface,
     worth: &mut Worth,
     rest: &Rest,
     most: usize,
+    slices: u32,
     field: Field,
 ) -> Vec<u32> {
     if most == 0 {
         return Vec::new();
     }
     surface.clock += 1;
-    let slices = turns(surface.at.len(), most);
     let turn = Turn { slices, slice: worth.passes % slices };
     worth.passes = worth.passes.wrapping_add(1);
     let planned = if field.closely { 2 * PLANNED } else { PLANNED };

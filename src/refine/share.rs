@@ -33,6 +33,11 @@ impl Share {
         (whole * self.stripes as usize).div_ceil(EIGHTHS as usize)
     }
 
+    /// Steps of this share until all have had their turn.
+    pub(super) fn turns(self) -> u32 {
+        EIGHTHS.div_ceil(self.stripes.max(1))
+    }
+
     /// Its vertices, of all in an `order` that keeps neighbours together.
     pub(super) fn of(self, order: &[u32]) -> impl Iterator<Item = u32> {
         let stripes = (0..EIGHTHS).cycle();
@@ -60,6 +65,7 @@ mod tests {
                 first = share.next();
             }
             assert!(turns.iter().all(|&turns| turns == 1), "{stripes} stripes");
+            assert_eq!(Share::new(first, stripes).turns() * stripes, EIGHTHS);
         }
         assert!(Share::ALL.of(&order).eq(order.iter().copied()));
     }
