@@ -62,8 +62,8 @@ pub struct RefineOptions {
     /// some are re-placed. 3 % less error, for a fifth more time.
     pub closely: bool,
     /// Whether a step looks at the whole mesh for vertices to re-place, not at a share in turn. On a video
-    /// a place must not wait for its turn while the picture changes: 1 to 5 % less flicker and up to a
-    /// quarter less error, for a twentieth more time. A still takes more steps for the same time.
+    /// a place must not wait for its turn while the picture changes: up to a tenth less flicker and a quarter
+    /// less error, for 5 to 10 % more time. On a still more steps gain more in the same time.
     pub everywhere: bool,
     /// How much it counts, on a mesh that comes from the frame before, that the picture should change as
     /// its source does, 0 (not at all) to below 1: see [`Refiner::resume`].

@@ -49,8 +49,13 @@ impl Cost {
     /// The same, of a triangle whose `orient` is known to be positive.
     #[inline]
     pub(super) fn sound(rows: &RowSums, sums: &Sums, doubled: i64, triangle: [Point; 3]) -> Self {
-        let error = -rows.total(sums, doubled, triangle).explained();
-        Self { error, shape: flatness(doubled, triangle) }
+        Self::with(&rows.total(sums, doubled, triangle), doubled, triangle)
+    }
+
+    /// The same, of one whose pixels add up to `total`.
+    #[inline]
+    fn with(total: &Total, doubled: i64, triangle: [Point; 3]) -> Self {
+        Self { error: -total.explained(), shape: flatness(doubled, triangle) }
     }
 
     /// Error and shape in one number, `weight` squared 8-bit steps for each unit of flatness.
@@ -278,8 +283,7 @@ impl Surface {
                 let doubled = orient(a, b, c);
                 let sums = sums[3 * t] + sums[3 * t + 1] + sums[3 * t + 2];
                 let total = rows.total(&sums, doubled, triangle);
-                let shape = flatness(doubled, triangle);
-                *cost = Cost { error: -total.explained(), shape };
+                *cost = Cost::with(&total, doubled, triangle);
                 *mean = Mean::of(&total);
             }
         });

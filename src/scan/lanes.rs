@@ -59,7 +59,7 @@ const MASKS: [[u32; LANES]; LANES + 1] = {
 
 #[expect(clippy::needless_range_loop, reason = "indices become vector code, iterators less so")]
 impl LaneSums {
-    /// Whether [`LaneSums::take`] has to come first: `rows` more pixels of a row may be too many.
+    /// Whether [`LaneSums::take`] has to come first: so many more `pixels` of a row may be too many.
     #[inline(always)]
     pub(crate) fn is_full_with(&self, pixels: usize) -> bool {
         self.added as usize + pixels.div_ceil(LANES) > MOST_ADDED as usize

@@ -67,7 +67,16 @@ proptest! {
         let frame = picture(size, seed, noise, opaque);
         let mut mesh = mesh_of(size, &places, snap);
         let before = mesh.clone();
-        let options = RefineOptions { steps, part, regularity, replace, threshold, closely: opaque, everywhere: !opaque, echo: 0.0 };
+        let options = RefineOptions {
+            steps,
+            part,
+            regularity,
+            replace,
+            threshold,
+            closely: opaque,
+            everywhere: !opaque,
+            ..RefineOptions::draft()
+        };
         let mut refiner = Refiner::default();
         let mut error = f64::INFINITY;
         // What rounding makes of sums as large as that.
