@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::Field;
 use super::colouring::Colouring;
+use super::errors::Errors;
 use super::force::gradient;
 use super::rest::Rest;
 use super::ring::Ring;
@@ -32,6 +33,11 @@ const PROMISE: f64 = 0.5;
 
 /// A vertex whose slope promises less than this share is left alone for a while.
 const IDLE: f64 = 0.25;
+
+/// A vertex of a [running](super::RefineOptions::running) video whose triangles have less error than this,
+/// in least gains, is not visited. Measured: so it is with two thirds of those that would try a step, and
+/// these make up a tenth of all gain.
+const WORTH_A_VISIT: f64 = 80.0;
 
 /// Places that a vertex tries on its way until one gains enough.
 const TRIALS: usize = 2;
@@ -106,22 +112,27 @@ impl Descent {
         }
     }
 
-    /// Lets every vertex of `share` that is awake take a step. Returns how many moved.
+    /// Lets every vertex of `share` that is awake take a step, on a running video unless its triangles
+    /// have hardly any of the `errors`. Returns how many moved.
     pub(super) fn step(
         &mut self,
         surface: &mut Surface,
         share: Share,
         rest: &mut Rest,
+        errors: &Errors,
         field: Field,
     ) -> usize {
         surface.clock += 1;
         self.turn.clear();
         self.turn.extend(share.of(&surface.order));
+        let least = WORTH_A_VISIT * field.least_gain;
+        let is_worth =
+            |surface: &Surface, v: u32| !field.running || errors.around(surface, v) >= least;
         let mut moved = 0;
         for block in self.turn.chunks(BLOCK) {
             let here = &*surface;
             self.colouring.colour(here, block, |v| {
-                here.awake[v as usize] && rest.allows(v) && rest.is_rested(v)
+                here.awake[v as usize] && rest.allows(v) && rest.is_rested(v) && is_worth(here, v)
             });
             for class in &self.colouring.classes {
                 moved += descend(surface, rest, &mut self.reach, class, field, &mut self.found);

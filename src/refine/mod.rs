@@ -16,6 +16,7 @@
 mod colouring;
 mod descend;
 mod echo;
+mod errors;
 mod flip;
 mod force;
 mod patch;
@@ -35,11 +36,12 @@ use crate::frame::{Fill, Frame};
 use crate::mesh::Mesh;
 use descend::Descent;
 use echo::Echo;
+use errors::Errors;
 use flip::flip;
 use replace::{Worth, replace, turns};
 use rest::Rest;
 use rows::RowSums;
-use share::Share;
+use share::{Share, Turn};
 use surface::Surface;
 
 /// How to refine a mesh.
@@ -61,10 +63,10 @@ pub struct RefineOptions {
     /// Whether to look closely: more points along an edge, more vertices and places to choose from where
     /// some are re-placed. 3 % less error, for a fifth more time.
     pub closely: bool,
-    /// Whether a step looks at the whole mesh for vertices to re-place, not at a share in turn. On a video
-    /// a place must not wait for its turn while the picture changes: up to a tenth less flicker and a quarter
-    /// less error, for 5 to 10 % more time. On a still more steps gain more in the same time.
-    pub everywhere: bool,
+    /// Whether the picture goes on changing, and a place that changes must not wait for its turn: a step
+    /// looks at the whole mesh for vertices to re-place, not at a share in turn, and instead passes by
+    /// vertices around which there is hardly any error. On a still, more steps gain more in the same time.
+    pub running: bool,
     /// How much it counts, on a mesh that comes from the frame before, that the picture should change as
     /// its source does, 0 (not at all) to below 1: see [`Refiner::resume`].
     pub echo: f64,
@@ -84,7 +86,7 @@ impl RefineOptions {
             replace: 0.0,
             threshold: 0.01,
             closely: false,
-            everywhere: false,
+            running: false,
             echo: 0.0,
         }
     }
@@ -101,7 +103,7 @@ impl RefineOptions {
 
     /// A frame of a video whose mesh comes from the frame before.
     pub const fn live() -> Self {
-        Self { steps: 2, replace: 0.03, threshold: 0.02, everywhere: true, ..Self::draft() }
+        Self { steps: 2, replace: 0.03, threshold: 0.02, running: true, ..Self::draft() }
     }
 
     /// Steps, one in part among them.
@@ -145,6 +147,7 @@ pub struct Refiner {
     surface: Surface,
     descent: Descent,
     worth: Worth,
+    errors: Errors,
     rest: Rest,
     echo: Echo,
     edges: Vec<Vec<u32>>,
@@ -213,6 +216,7 @@ impl Refiner {
     fn begin(&mut self) {
         self.descent.reset(self.surface.at.len());
         self.worth.start_anew();
+        self.errors.forget();
         self.stripe = 0;
     }
 
@@ -254,7 +258,7 @@ impl Refiner {
         carried: bool,
         mut watch: Option<Watch<'_>>,
     ) -> Refined {
-        let Self { rows, surface, descent, worth, rest, edges, stripe, echo: _ } = self;
+        let Self { rows, surface, descent, worth, errors, rest, edges, stripe, echo: _ } = self;
         let field = Field::new(rows, frame, surface.triangles(), options);
         let part = Share::new(*stripe, options.part);
         *stripe = part.next();
@@ -265,7 +269,8 @@ impl Refiner {
         }
         let most = (options.replace.clamp(0.0, 1.0) * surface.at.len() as f64).ceil() as usize;
         let mut refined = Refined { error_before: surface.error(rows), ..Refined::default() };
-        worth.reset(surface.at.len(), surface.triangles());
+        worth.reset(surface.at.len());
+        errors.begin(surface, carried);
         let begin = surface.clock;
         let mut since = begin;
         let (mut still, vertices) = (0, surface.at.len());
@@ -278,10 +283,15 @@ impl Refiner {
             }
             let share = if pass < options.steps { Share::ALL } else { part };
             let most = share.count(most);
-            let turns = if options.everywhere { share.turns() } else { turns(vertices, most) };
-            let mut replaced = replace(surface, worth, rest, most, turns, field);
+            let turns = if options.running { share.turns() } else { turns(vertices, most) };
+            surface.clock += 1;
+            let turn = worth.turn(turns);
+            if options.running || most > 0 {
+                errors.update(surface, rest, if options.running { Turn::ALL } else { turn }, field);
+            }
+            let mut replaced = replace(surface, worth, errors, rest, most, turn, field);
             descent.start_anew(&replaced);
-            let moved = descent.step(surface, share, rest, field);
+            let moved = descent.step(surface, share, rest, errors, field);
             let flipped = flip(surface, rest, since, field, edges);
             since = surface.clock;
             refined.steps += 1;
@@ -318,6 +328,8 @@ struct Field<'a> {
     least_gain: f64,
     /// [`RefineOptions::closely`].
     closely: bool,
+    /// [`RefineOptions::running`].
+    running: bool,
 }
 
 /// Squared 8-bit steps for a unit of flatness at the default regularity, as a share of a cell's error.
@@ -342,6 +354,7 @@ impl<'a> Field<'a> {
             weight: cell * (SHAPE * (r / (1.0 - r)).powi(2)).min(MOST_SHAPE),
             least_gain: (cell * options.threshold.max(0.0)).max(LEAST_GAIN),
             closely: options.closely,
+            running: options.running,
         }
     }
 }

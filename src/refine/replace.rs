@@ -3,10 +3,12 @@
 use rayon::prelude::*;
 
 use super::Field;
+use super::errors::Errors;
 use super::force::gradient;
 use super::patch::{Closing, put_in, take_out};
 use super::rest::Rest;
 use super::ring::Ring;
+use super::share::Turn;
 use super::surface::{Cost, NONE, Surface};
 use crate::geom::Point;
 use crate::mesh::Place;
@@ -22,10 +24,6 @@ pub(super) struct Worth {
     loss: Vec<Cost>,
     /// When that was found, in ticks of the surface's clock.
     asked: Vec<u32>,
-    /// The squared error of each triangle.
-    error: Vec<f64>,
-    /// When that was found.
-    error_asked: Vec<u32>,
     /// Vertices that may be taken out in this pass.
     candidates: Vec<u32>,
     /// Passes over this mesh so far.
@@ -33,7 +31,7 @@ pub(super) struct Worth {
 }
 
 /// A pass that may re-place few vertices looks at this many for each of them, in turns. Measured: 8
-/// gain more in the same time than 32 or all; but see [`everywhere`](super::RefineOptions::everywhere).
+/// gain more in the same time than 32 or all; but see [`running`](super::RefineOptions::running).
 const LOOKED_AT: usize = 8;
 
 /// Of these, as many are planned for each that is re-placed, those that by their triangles' colours look
@@ -44,19 +42,6 @@ const PLANNED: usize = 2;
 /// Passes until every vertex has had its turn, when each may re-place `most`.
 pub(super) fn turns(vertices: usize, most: usize) -> u32 {
     if most == 0 { 1 } else { (vertices / (most * LOOKED_AT)).max(1) as u32 }
-}
-
-/// Which vertices and triangles it is the turn of.
-#[derive(Clone, Copy, Debug)]
-struct Turn {
-    slices: u32,
-    slice: u32,
-}
-
-impl Turn {
-    fn has(self, number: u32) -> bool {
-        number % self.slices == self.slice
-    }
 }
 
 /// A place for a vertex and what it gains there.
@@ -83,37 +68,29 @@ enum Site {
 }
 
 impl Worth {
+    /// The turn of the next pass, which looks at one of `slices` parts of the mesh.
+    pub(super) fn turn(&mut self, slices: u32) -> Turn {
+        let turn = Turn::new(slices, self.passes);
+        self.passes = self.passes.wrapping_add(1);
+        turn
+    }
+
     /// Begins again with the first turn, for a mesh of which nothing is known.
     pub(super) fn start_anew(&mut self) {
         self.passes = 0;
     }
 
     /// Forgets everything but whose turn it is: a video's mesh has it over several frames.
-    pub(super) fn reset(&mut self, vertices: usize, triangles: usize) {
+    pub(super) fn reset(&mut self, vertices: usize) {
         self.loss.clear();
         self.loss.resize(vertices, Cost::INFINITE);
         self.asked.clear();
         self.asked.resize(vertices, 0);
-        self.error.clear();
-        self.error.resize(triangles, 0.0);
-        self.error_asked.clear();
-        self.error_asked.resize(triangles, 0);
     }
 
-    /// Brings what it is the turn of up to date: the errors of its triangles, and the losses of the
-    /// `most` of its vertices that look the least needed.
+    /// Brings up to date what it is the turn of: the losses of the `most` of its vertices that look the
+    /// least needed.
     fn update(&mut self, surface: &Surface, rest: &Rest, turn: Turn, most: usize, field: Field) {
-        let packs = self.error.par_chunks_mut(PACK).zip(self.error_asked.par_chunks_mut(PACK));
-        packs.enumerate().for_each(|(pack, (errors, asked))| {
-            for (t, (error, asked)) in ((pack * PACK) as u32..).zip(errors.iter_mut().zip(asked)) {
-                let stale = surface.stamp[t as usize] >= *asked;
-                if turn.has(t) && stale && rest.allows_triangle(surface, t) {
-                    *asked = surface.clock;
-                    let squares = field.rows.squares_of(field.frame, surface.corners(t));
-                    *error = squares + surface.cost[t as usize].error;
-                }
-            }
-        });
         let mut least: Vec<(f32, u32)> = (0..surface.at.len() as u32)
             .into_par_iter()
             .with_min_len(PACK)
@@ -186,22 +163,20 @@ fn fan_cost(surface: &Surface, ring: &Ring) -> Cost {
 }
 
 /// Moves up to `most` inner vertices whose surroundings do best without them to the places where one
-/// more vertex gains most, the cheapest to the best, each as long as that pays. Looks at one of `slices`
-/// parts of the mesh, which take turns. Returns the vertices.
+/// more vertex gains most, the cheapest to the best, each as long as that pays. Looks at those parts of
+/// the mesh whose `turn` it is. Returns the vertices.
 pub(super) fn replace(
     surface: &mut Surface,
     worth: &mut Worth,
+    errors: &Errors,
     rest: &Rest,
     most: usize,
-    slices: u32,
+    turn: Turn,
     field: Field,
 ) -> Vec<u32> {
     if most == 0 {
         return Vec::new();
     }
-    surface.clock += 1;
-    let turn = Turn { slices, slice: worth.passes % slices };
-    worth.passes = worth.passes.wrapping_add(1);
     let planned = if field.closely { 2 * PLANNED } else { PLANNED };
     worth.update(surface, rest, turn, most * planned, field);
     let weight = field.weight;
@@ -211,7 +186,7 @@ pub(super) fn replace(
     let mut leaving = std::mem::take(&mut worth.candidates);
     leaving.sort_unstable_by(|&a, &b| total(a).total_cmp(&total(b)).then(a.cmp(&b)));
     let Some(&cheapest) = leaving.first() else { return Vec::new() };
-    let openings = openings(surface, &worth.error, turn, most * planned, total(cheapest), field);
+    let openings = openings(surface, errors, rest, turn, most * planned, total(cheapest), field);
     let mut taken = vec![false; surface.triangles()];
     let mut replaced = Vec::new();
     let (mut ring, mut around, mut closing) = <(Ring, Ring, Closing)>::default();
@@ -263,16 +238,17 @@ pub(super) fn replace(
 /// error is below `price` cannot pay for a vertex.
 fn openings(
     surface: &Surface,
-    errors: &[f64],
+    errors: &Errors,
+    rest: &Rest,
     turn: Turn,
     most: usize,
     price: f64,
     field: Field,
 ) -> Vec<Opening> {
-    let error = |t: u32| errors[t as usize];
-    let mut worst: Vec<u32> =
-        (0..surface.triangles() as u32).filter(|&t| turn.has(t) && error(t) > price).collect();
-    let order = |a: &u32, b: &u32| error(*b).total_cmp(&error(*a)).then(a.cmp(b));
+    let is_open =
+        |&t: &u32| turn.has(t) && errors.of(t) > price && rest.allows_triangle(surface, t);
+    let mut worst: Vec<u32> = (0..surface.triangles() as u32).filter(is_open).collect();
+    let order = |a: &u32, b: &u32| errors.of(*b).total_cmp(&errors.of(*a)).then(a.cmp(b));
     if worst.len() > most {
         worst.select_nth_unstable_by(most, order);
         worst.truncate(most);

@@ -47,6 +47,27 @@ impl Share {
     }
 }
 
+/// Which vertices and triangles a pass may re-place, by their numbers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn {
+    slices: u32,
+    slice: u32,
+}
+
+impl Turn {
+    /// All of them.
+    pub(super) const ALL: Self = Self { slices: 1, slice: 0 };
+
+    /// The turn of the `pass`-th of passes that take up one of `slices` slices each.
+    pub(super) fn new(slices: u32, pass: u32) -> Self {
+        Self { slices, slice: pass % slices }
+    }
+
+    pub(super) fn has(self, number: u32) -> bool {
+        number % self.slices == self.slice
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

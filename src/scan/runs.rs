@@ -19,6 +19,7 @@ pub(crate) struct Bands(Vec<Vec<([Point; 3], Rgba)>>);
 
 impl Bands {
     /// Takes `triangles` of a picture of `height` rows, in the memory of the last ones.
+    #[inline(never)]
     pub(crate) fn sort(
         &mut self,
         height: u32,
@@ -56,28 +57,50 @@ fn fill(
 ) {
     pixels.fill(UNMARKED);
     let rows = first..first + (pixels.len() / width) as u32;
+    let mut clear = false;
     for (triangle, colour) in triangles {
         let mark = if colour[3] == 0 { CLEAR } else { colour };
+        clear |= mark == CLEAR;
         spans(triangle, rows.clone(), |y, columns| {
             pixels[(y - first) as usize * width + columns.start] = mark;
         });
     }
-    pixels.chunks_exact_mut(width).for_each(run_along);
-}
-
-/// Gives each unmarked pixel the colour of the marked one before it.
-fn run_along(row: &mut [Rgba]) {
-    let mut colour = u32::from_le_bytes(UNMARKED);
-    let mut clear = false;
-    for pixel in &mut *row {
-        let mark = u32::from_le_bytes(*pixel);
-        colour = if mark == u32::from_le_bytes(UNMARKED) { colour } else { mark };
-        *pixel = colour.to_le_bytes();
-        clear |= colour == u32::from_le_bytes(CLEAR);
+    for rows in pixels.chunks_mut(TOGETHER * width) {
+        run_along(rows, width);
     }
     if clear {
-        row.iter_mut().filter(|pixel| **pixel == CLEAR).for_each(|pixel| *pixel = [0; 4]);
+        pixels.iter_mut().filter(|pixel| **pixel == CLEAR).for_each(|pixel| *pixel = [0; 4]);
     }
+}
+
+/// Rows that are run along side by side, so that none waits for the pixel before.
+const TOGETHER: usize = 4;
+
+/// Gives each unmarked pixel of up to [`TOGETHER`] rows the colour of the marked one before it.
+fn run_along(rows: &mut [Rgba], width: usize) {
+    if rows.len() == TOGETHER * width {
+        let (a, rest) = rows.split_at_mut(width);
+        let (b, rest) = rest.split_at_mut(width);
+        let (c, d) = rest.split_at_mut(width);
+        let mut colours = [u32::from_le_bytes(UNMARKED); TOGETHER];
+        for (((a, b), c), d) in a.iter_mut().zip(b).zip(c).zip(d) {
+            for (colour, pixel) in colours.iter_mut().zip([a, b, c, d]) {
+                go_on(colour, pixel);
+            }
+        }
+        return;
+    }
+    for row in rows.chunks_mut(width) {
+        let mut colour = u32::from_le_bytes(UNMARKED);
+        row.iter_mut().for_each(|pixel| go_on(&mut colour, pixel));
+    }
+}
+
+#[inline(always)]
+fn go_on(colour: &mut u32, pixel: &mut Rgba) {
+    let mark = u32::from_le_bytes(*pixel);
+    *colour = if mark == u32::from_le_bytes(UNMARKED) { *colour } else { mark };
+    *pixel = colour.to_le_bytes();
 }
 
 #[cfg(test)]

@@ -34,8 +34,14 @@ fn force_and_slope(chance: u32) -> ([f64; 2], [f64; 2]) {
     ring.surround(&refiner.surface, CORNERS as u32);
     ring.sum_up(&refiner.surface);
     let mean = |i: usize| refiner.surface.mean[ring.links[i] as usize / 3].known();
-    let field =
-        Field { rows: &refiner.rows, frame: &frame, weight: 0.0, least_gain: 0.0, closely: true };
+    let field = Field {
+        rows: &refiner.rows,
+        frame: &frame,
+        weight: 0.0,
+        least_gain: 0.0,
+        closely: true,
+        running: false,
+    };
     let (gx, gy) = super::force::gradient(field, seeds[0], &ring, mean);
     // Central differences over eight pixels even out that pixels change hands whole.
     let slope = |dx: i32, dy: i32| {

@@ -74,7 +74,7 @@ proptest! {
             replace,
             threshold,
             closely: opaque,
-            everywhere: !opaque,
+            running: !opaque,
             ..RefineOptions::draft()
         };
         let mut refiner = Refiner::default();

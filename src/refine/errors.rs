@@ -1,0 +1,101 @@
+//! The squared error of each triangle, as far as it is known.
+//!
+//! A triangle's cost leaves out the squares of its pixels, which no change to the mesh changes; to know
+//! where the error is large they have to be summed pixel by pixel.
+
+use rayon::prelude::*;
+
+use super::Field;
+use super::rest::Rest;
+use super::share::Turn;
+use super::surface::Surface;
+
+/// Triangles that one piece of work looks at.
+const PACK: usize = 64;
+
+/// Frames until an error is taken anew in any case. Measured on video: no more flicker and as little error as
+/// if all were taken anew in every frame.
+const TURNS: u32 = 4;
+
+/// How much a triangle's colour has to change, as squared 8-bit steps over its pixels and in least
+/// gains, for its error to be taken anew before its turn.
+const CHANGED: f64 = 4.0;
+
+/// The squared error of each triangle, and when it was found.
+#[derive(Debug, Default)]
+pub(super) struct Errors {
+    /// Infinite where it is not known.
+    error: Vec<f64>,
+    /// When that was found, in ticks of the surface's clock.
+    asked: Vec<u32>,
+    /// The mean colour that the triangle had then.
+    colour: Vec<[f32; 4]>,
+    /// Frames since nothing was known.
+    frames: u32,
+    /// When this frame began.
+    begin: u32,
+}
+
+impl Errors {
+    /// Forgets everything.
+    pub(super) fn forget(&mut self) {
+        self.error.clear();
+    }
+
+    /// A new frame. Those of the frame before are remembered if the mesh was `carried` over from it.
+    pub(super) fn begin(&mut self, surface: &Surface, carried: bool) {
+        self.begin = surface.clock;
+        self.frames = self.frames.wrapping_add(1);
+        if !carried || self.error.len() != surface.triangles() {
+            self.error.clear();
+            self.error.resize(surface.triangles(), f64::INFINITY);
+            self.asked.clear();
+            self.asked.resize(surface.triangles(), 0);
+            self.colour.clear();
+            self.colour.resize(surface.triangles(), [0.0; 4]);
+            self.frames = 0;
+        }
+    }
+
+    /// Brings up to date those of the triangles whose `turn` it is and that may change: exactly, or nearly on
+    /// a [running](super::RefineOptions::running) video.
+    pub(super) fn update(&mut self, surface: &Surface, rest: &Rest, turn: Turn, field: Field) {
+        let (begin, quarter) = (self.begin, self.frames % TURNS);
+        let is_due = |t: u32, error: f64, asked: u32, colour: &[f32; 4]| {
+            if !field.running {
+                return surface.stamp[t as usize] >= asked;
+            }
+            let mean = &surface.mean[t as usize];
+            let changed =
+                mean.colour.iter().zip(colour).map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
+            error.is_infinite()
+                || f64::from(mean.count * changed) >= CHANGED * field.least_gain
+                || (asked < begin && t % TURNS == quarter)
+        };
+        let errors = self.error.par_chunks_mut(PACK).zip(self.asked.par_chunks_mut(PACK));
+        let packs = errors.zip(self.colour.par_chunks_mut(PACK)).enumerate();
+        packs.for_each(|(pack, ((errors, asked), colours))| {
+            let known = errors.iter_mut().zip(asked).zip(colours);
+            for (t, ((error, asked), colour)) in ((pack * PACK) as u32..).zip(known) {
+                let is_wanted = turn.has(t) && rest.allows_triangle(surface, t);
+                if is_wanted && is_due(t, *error, *asked, colour) {
+                    (*asked, *colour) = (surface.clock, surface.mean[t as usize].colour);
+                    let squares = field.rows.squares_of(field.frame, surface.corners(t));
+                    *error = squares + surface.cost[t as usize].error;
+                }
+            }
+        });
+    }
+
+    /// That of triangle `t`.
+    pub(super) fn of(&self, t: u32) -> f64 {
+        self.error[t as usize]
+    }
+
+    /// That of the triangles around vertex `v`, together.
+    pub(super) fn around(&self, surface: &Surface, v: u32) -> f64 {
+        let mut sum = 0.0;
+        surface.around(v, |h| sum += self.of(h / 3));
+        sum
+    }
+}
