@@ -52,25 +52,43 @@ impl Share {
 pub(super) struct Turn {
     slices: u32,
     slice: u32,
+    round: u32,
 }
 
 impl Turn {
     /// All of them.
-    pub(super) const ALL: Self = Self { slices: 1, slice: 0 };
+    pub(super) const ALL: Self = Self { slices: 1, slice: 0, round: 0 };
 
     /// The turn of the `pass`-th of passes that take up one of `slices` slices each.
     pub(super) fn new(slices: u32, pass: u32) -> Self {
-        Self { slices, slice: pass % slices }
+        Self { slices, slice: pass % slices, round: pass / slices }
     }
 
     pub(super) fn has(self, number: u32) -> bool {
         number % self.slices == self.slice
+    }
+
+    /// Whether `number`, of those that it has, is of that quarter which comes next, round by round.
+    pub(super) fn has_in_quarter(self, number: u32) -> bool {
+        (number / self.slices).wrapping_add(self.round) % 4 == 0
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn quarters_of_all_slices_take_turns() {
+        for slices in [1, 3, 8] {
+            let mut turns = [0; 96];
+            for turn in (5..5 + 4 * slices).map(|pass| Turn::new(slices, pass)) {
+                let ours = (0..96).filter(|&v| turn.has(v) && turn.has_in_quarter(v));
+                ours.for_each(|v| turns[v as usize] += 1);
+            }
+            assert_eq!(turns, [1; 96], "{slices} slices");
+        }
+    }
 
     #[test]
     fn in_eight_parts_every_vertex_has_its_turn_once() {

@@ -13,20 +13,25 @@ fn each(row: &[Rgba], count: usize, mut visit: impl FnMut([u32; LANES])) {
     // One round for nearly all of them.
     while done < count {
         let mask = &MASKS[LANES.min(count - done)];
-        let mut pixels = [0; LANES];
+        // Not one call for both: then lanes would no longer become vectors.
         if let Some(lanes) = row[done..].first_chunk::<LANES>() {
-            for lane in 0..LANES {
-                pixels[lane] = u32::from_le_bytes(lanes[lane]) & mask[lane];
-            }
+            visit(masked(lanes, mask));
         } else {
             // The right border of the frame.
-            for (lane, &pixel) in pixels.iter_mut().zip(&row[done..count]) {
-                *lane = u32::from_le_bytes(pixel);
-            }
+            let mut lanes = [[0; 4]; LANES];
+            lanes[..count - done].copy_from_slice(&row[done..count]);
+            visit(masked(&lanes, mask));
         }
-        visit(pixels);
         done += LANES;
     }
+}
+
+#[inline(always)]
+fn masked(pixels: &[Rgba; LANES], mask: &[u32; LANES]) -> [u32; LANES] {
+    std::array::from_fn(
+        #[inline(always)]
+        |lane| u32::from_le_bytes(pixels[lane]) & mask[lane],
+    )
 }
 
 /// Sums of opaque pixels, [`LANES`] at a time.
