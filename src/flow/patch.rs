@@ -11,6 +11,9 @@ pub(super) const PATCH: usize = 8;
 /// Pixels of a whole patch.
 const PIXELS: usize = PATCH * PATCH;
 
+/// More than any coordinate.
+const FAR: f32 = 65536.0;
+
 /// Where a patch went.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Found {
@@ -44,39 +47,36 @@ impl Window {
         self.width * self.height
     }
 
-    /// The pixels of `plane` that the window covers when it moves by `vector`, row by row.
+    /// The pixels of `plane` that the window covers when it moves by `vector`, row by row. The border's
+    /// pixels go on outside.
     #[inline(always)]
     pub(super) fn look(self, plane: &Plane<f32>, [u, v]: [f32; 2]) -> [f32; PIXELS] {
-        self.look_inside(plane, [u, v]).unwrap_or_else(|| {
-            let mut out = [0.0; PIXELS];
-            for j in 0..self.height {
-                for i in 0..self.width {
-                    let (x, y) = ((self.x + i) as f32 + u, (self.y + j) as f32 + v);
-                    out[j * self.width + i] = sample(plane, x, y);
+        if self.count() < PIXELS {
+            return self.look_narrowly(plane, [u, v]);
+        }
+        // Further outside than any picture is wide it looks alike everywhere.
+        let near = |v: f32| v.clamp(-FAR, FAR);
+        let (x, y) = (near(self.x as f32 + u), near(self.y as f32 + v));
+        let (left, top) = (x.floor(), y.floor());
+        // All pixels of a whole window lie alike between those of `plane`.
+        let (fx, fy) = (x - left, y - top);
+        let (left, top) = (left as i32, top as i32);
+        let size = plane.size();
+        let (right, bottom) = (size.width as i32 - 1, size.height as i32 - 1);
+        let inside = left >= 0 && left + PATCH as i32 <= right;
+        let mut across = [[0.0; PATCH]; PATCH + 1];
+        for (y, across) in (top..).zip(&mut across) {
+            let row = plane.row(y.clamp(0, bottom) as u32);
+            let mut reached = [0.0; PATCH + 1];
+            if inside {
+                reached.copy_from_slice(&row[left as usize..][..=PATCH]);
+            } else {
+                for (x, reached) in (left..).zip(&mut reached) {
+                    *reached = row[x.clamp(0, right) as usize];
                 }
             }
-            out
-        })
-    }
-
-    /// [`Window::look`] where a whole window falls inside the picture, so that all its pixels lie alike
-    /// between those of `plane`.
-    #[inline(always)]
-    fn look_inside(self, plane: &Plane<f32>, [u, v]: [f32; 2]) -> Option<[f32; PIXELS]> {
-        let (x, y) = (self.x as f32 + u, self.y as f32 + v);
-        let room = |side: u32| side as f32 - PATCH as f32 - 1.0;
-        let (right, bottom) = (room(plane.size().width), room(plane.size().height));
-        let inside = x >= 0.0 && y >= 0.0 && x <= right && y <= bottom;
-        if !inside || self.count() < PIXELS {
-            return None;
-        }
-        let (left, top) = (x as usize, y as usize);
-        let (fx, fy) = (x - left as f32, y - top as f32);
-        let mut across = [[0.0; PATCH]; PATCH + 1];
-        for (y, across) in across.iter_mut().enumerate() {
-            let row = &plane.row((top + y) as u32)[left..=left + PATCH];
             for x in 0..PATCH {
-                across[x] = row[x] + (row[x + 1] - row[x]) * fx;
+                across[x] = reached[x] + (reached[x + 1] - reached[x]) * fx;
             }
         }
         let mut out = [0.0; PIXELS];
@@ -85,7 +85,20 @@ impl Window {
                 out[y * PATCH + x] = across[y][x] + (across[y + 1][x] - across[y][x]) * fy;
             }
         }
-        Some(out)
+        out
+    }
+
+    /// [`Window::look`] in a picture that is narrower or lower than a patch.
+    #[cold]
+    fn look_narrowly(self, plane: &Plane<f32>, [u, v]: [f32; 2]) -> [f32; PIXELS] {
+        let mut out = [0.0; PIXELS];
+        for j in 0..self.height {
+            for i in 0..self.width {
+                let (x, y) = ((self.x + i) as f32 + u, (self.y + j) as f32 + v);
+                out[j * self.width + i] = sample(plane, x, y);
+            }
+        }
+        out
     }
 }
 
@@ -180,7 +193,7 @@ impl Patch {
             vector = [vector[0] - step[0], vector[1] - step[1]];
             let away = [vector[0] - start.1[0], vector[1] - start.1[1]];
             // Kroeger et al.: a patch that runs further than its own size has lost its way.
-            if away[0].hypot(away[1]) > PATCH as f32 {
+            if away[0] * away[0] + away[1] * away[1] > (PATCH * PATCH) as f32 {
                 break;
             }
             let (now, squares) = self.misses(b, vector);
@@ -246,4 +259,29 @@ pub(super) fn sample(plane: &Plane<f32>, x: f32, y: f32) -> f32 {
     let [a, b, c, d] = corners.map(|i| plane.values()[i]);
     let (top, bottom) = (a + (b - a) * fx, c + (d - c) * fx);
     top + (bottom - top) * fy
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_window_sees_what_each_of_its_pixels_samples(
+            (width, height) in (1u32..30, 1u32..30),
+            (x, y) in (0usize..22, 0usize..22),
+            vector in proptest::array::uniform2(prop_oneof![-40f32..40.0, Just(-1e9), Just(3e38)]),
+            values in proptest::collection::vec(0f32..255.0, 900),
+        ) {
+            let size = Size::new(width, height);
+            let plane = Plane::new(size, values[..size.pixels()].to_vec()).expect("a small plane");
+            let place = (x.min(size.width.saturating_sub(8) as usize), y.min(size.height.saturating_sub(8) as usize));
+            let window = Window::new(size, place);
+            let (seen, slow) = (window.look(&plane, vector), window.look_narrowly(&plane, vector));
+            for (seen, slow) in seen.iter().zip(slow) {
+                prop_assert!((seen - slow).abs() < 0.01, "{seen} {slow}");
+            }
+        }
+    }
 }

@@ -103,7 +103,7 @@ impl RefineOptions {
 
     /// A frame of a video whose mesh comes from the frame before.
     pub const fn live() -> Self {
-        Self { steps: 2, replace: 0.03, threshold: 0.02, running: true, ..Self::draft() }
+        Self { steps: 3, replace: 0.03, threshold: 0.02, running: true, ..Self::draft() }
     }
 
     /// Steps, one in part among them.
