@@ -70,7 +70,7 @@ impl Turn {
 
     /// Whether `number`, of those that it has, is of that quarter which comes next, round by round.
     pub(super) fn has_in_quarter(self, number: u32) -> bool {
-        (number / self.slices).wrapping_add(self.round) % 4 == 0
+        (number / self.slices).wrapping_add(self.round).is_multiple_of(4)
     }
 }
 

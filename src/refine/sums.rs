@@ -11,7 +11,7 @@ use crate::frame::{Fill, Rgba};
 
 /// Number of pixels and sums of their values, wrapping: those of an edge are a part of something, but
 /// what the edges of a triangle add up to is right while it has fewer than [`NARROW`] pixels. Wider
-/// ones are summed by [`RowSums::wide`].
+/// ones are summed by [`RowSums::wide`](super::rows::RowSums::wide).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Sums {
     /// Pixels.
