@@ -276,7 +276,8 @@ mod tests {
         ) {
             let size = Size::new(width, height);
             let plane = Plane::new(size, values[..size.pixels()].to_vec()).expect("a small plane");
-            let place = (x.min(size.width.saturating_sub(8) as usize), y.min(size.height.saturating_sub(8) as usize));
+            let last = |side: u32| (side as usize).saturating_sub(PATCH);
+            let place = (x.min(last(width)), y.min(last(height)));
             let window = Window::new(size, place);
             let (seen, slow) = (window.look(&plane, vector), window.look_narrowly(&plane, vector));
             for (seen, slow) in seen.iter().zip(slow) {

@@ -65,11 +65,8 @@ impl Errors {
             if !field.running {
                 return surface.stamp[t as usize] >= asked;
             }
-            let mean = &surface.mean[t as usize];
-            let changed =
-                mean.colour.iter().zip(colour).map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
             error.is_infinite()
-                || f64::from(mean.count * changed) >= CHANGED * field.least_gain
+                || surface.mean[t as usize].change_from(colour) >= CHANGED * field.least_gain
                 || (asked < begin && t % TURNS == quarter)
         };
         let errors = self.error.par_chunks_mut(PACK).zip(self.asked.par_chunks_mut(PACK));

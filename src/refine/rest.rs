@@ -2,7 +2,7 @@
 
 use super::Field;
 use super::share::Share;
-use super::surface::{Mean, Surface};
+use super::surface::Surface;
 
 /// Frames with a turn of its own during which a vertex may still change after the picture around it has
 /// come to rest. With a step or two a frame that is enough to settle; a still picture is then the same
@@ -83,11 +83,10 @@ impl Rest {
             *calm = calm.saturating_add(1);
         }
         for t in 0..surface.triangles() as u32 {
-            let Mean { count, colour } = surface.mean[t as usize];
+            let mean = &surface.mean[t as usize];
             let old = &mut self.colours[t as usize];
-            let squared: f32 = colour.iter().zip(*old).map(|(a, b)| (a - b) * (a - b)).sum();
-            if f64::from(count) * f64::from(squared) > WAKING * field.least_gain {
-                *old = colour;
+            if mean.change_from(old) > WAKING * field.least_gain {
+                *old = mean.colour;
                 for h in 3 * t..3 * t + 3 {
                     let v = surface.from(h) as usize;
                     self.calm[v] = 0;

@@ -104,6 +104,12 @@ impl Mean {
         Self { count: total.count() as f32, colour: total.mean().unwrap_or_default() }
     }
 
+    /// How much it has changed from another `colour`: squared 8-bit steps, over all pixels.
+    pub(super) fn change_from(&self, colour: &[f32; 4]) -> f64 {
+        let squared: f32 = self.colour.iter().zip(colour).map(|(a, b)| (a - b) * (a - b)).sum();
+        f64::from(self.count) * f64::from(squared)
+    }
+
     /// The colour, where there are pixels.
     pub(super) fn known(&self) -> Option<[f32; 4]> {
         (self.count > 0.0).then_some(self.colour)

@@ -19,7 +19,6 @@ pub(crate) struct Bands(Vec<Vec<([Point; 3], Rgba)>>);
 
 impl Bands {
     /// Takes `triangles` of a picture of `height` rows, in the memory of the last ones.
-    #[inline(never)]
     pub(crate) fn sort(
         &mut self,
         height: u32,

@@ -96,8 +96,7 @@ mod tests {
         assert_eq!(outlined, Options { outline: Some(RED), ..base.clone() });
         assert_eq!(press(&outlined, Look::Outline), base);
         let refined = press(&base, Look::Refinement(Way::Up));
-        let more = RefineOptions::live_steps(&base) + 1;
-        assert_eq!(refined, Options { refine: Some(more), ..base.clone() });
+        assert_eq!(refined, Options { refine: Some(4), ..base.clone() });
         let points = Points::Count(2304);
         assert_eq!(press(&base, Look::Points(Way::Up)), Options { points, ..base });
     }
