@@ -10,71 +10,19 @@ use std::process::ChildStdin;
 
 use crate::colour::{Coding, Layout, Sampling, Siting, from_rgba};
 use crate::error::{Error, Result};
-use crate::frame::{Colorimetry, Rational, Rgba, StreamInfo, check_size, over};
+use crate::frame::{Colorimetry, Rational, Rgba, check_size, over};
 use crate::geom::Size;
 use crate::sink::codec::{Container, Encoder};
 use crate::sink::nut::NutWriter;
 use crate::sink::place::Place;
-use crate::sink::remux::{Beside, Finished, Last, placing, remux};
-use crate::sink::sound::{self, Sound, Streams};
+use crate::sink::remux::{Beside, Finished, Last, bare, placing, remux};
+use crate::sink::sound::{self, Streams};
+use crate::sink::tags::{tag_arguments, tags};
 use crate::sink::{Picture, Sink, SinkOptions};
 use crate::source::child::{self, Child, Pipe, arguments};
+use crate::source::probe::probe_lead;
 
-/// How to encode.
-#[derive(Clone, Debug, PartialEq)]
-pub struct VideoOptions {
-    /// A codec (`h264`, `h265`, `vp8`, `vp9`, `av1`, `prores`) or ffmpeg's name of an encoder.
-    /// Default `None`: H.264, in WebM VP9.
-    pub codec: Option<String>,
-    /// Constant quality in the encoder's own measure, smaller is better. Default `None`: 18 for
-    /// H.264, the like for others.
-    pub crf: Option<u32>,
-    /// Effort, by x264's names: `ultrafast` to `placebo`. Default `None`: the encoder's own.
-    pub encoder_preset: Option<String>,
-    /// Whether the sound of the source is kept. Default true.
-    pub audio: bool,
-    /// Further options of ffmpeg, in front of the output file. Default none.
-    pub ffmpeg_args: Vec<String>,
-    /// The program to use as ffmpeg. Default `None`: the one on the search path.
-    pub ffmpeg: Option<PathBuf>,
-}
-
-impl Default for VideoOptions {
-    fn default() -> Self {
-        Self {
-            codec: None,
-            crf: None,
-            encoder_preset: None,
-            audio: true,
-            ffmpeg_args: Vec::new(),
-            ffmpeg: None,
-        }
-    }
-}
-
-/// What is to be encoded.
-#[derive(Clone, Debug, PartialEq)]
-pub struct VideoSpec {
-    /// Size of all pictures.
-    pub size: Size,
-    /// Nominal rate, if there is one.
-    pub rate: Option<Rational>,
-    /// Expected length in seconds, to know a run that was stopped early.
-    pub duration: Option<Rational>,
-    /// Colour tags of a source that was video, to be kept; untold ones stay untold, and the size
-    /// decides what they mean ([`Coding::of`]). `None` for sources that were RGB: tagged BT.709.
-    pub colour: Option<Colorimetry>,
-    /// Sound to be put in.
-    pub sound: Option<Sound>,
-}
-
-impl VideoSpec {
-    /// Pictures of `size` made from the stream `info`, without sound.
-    pub fn of(info: &StreamInfo, size: Size) -> Self {
-        let (rate, duration, colour) = (info.rate, info.duration, info.colour.clone());
-        Self { size, rate, duration, colour, sound: None }
-    }
-}
+pub use crate::sink::spec::{VideoOptions, VideoSpec};
 
 /// A video file being written.
 pub struct VideoSink {
@@ -86,6 +34,8 @@ pub struct VideoSink {
     coding: Coding,
     time_base: Rational,
     streams: Option<Streams>,
+    /// Whether the sound goes in with the picture.
+    along: bool,
     sound_args: Vec<OsString>,
     warnings: Vec<String>,
     /// `None` once it is closed.
@@ -156,12 +106,21 @@ impl VideoSink {
         };
         let place = Place::reserve(path, with)?;
         let (picture_args, sound_args) = sound::part(&options.ffmpeg_args);
-        let mut args = input_arguments(&tags, time_base);
+        let along = streams.as_ref().filter(|streams| streams.go_along());
+        let mut args = reading(&tags);
+        args.extend(along.iter().flat_map(|streams| streams.input(None)));
+        args.extend(leaving(time_base));
         args.extend(encoder.tag(container));
         args.extend(encoder.options(options.crf, options.encoder_preset.as_deref())?);
         args.extend(tag_arguments(&tags));
         args.extend(picture_args);
-        args.extend(placing(container, time_base, streams.is_none()));
+        if let Some(streams) = along {
+            args.extend(streams.output(container));
+            args.extend(sound_args.iter().cloned());
+            args.extend(bare(container));
+        }
+        let along = along.is_some();
+        args.extend(placing(container, time_base, streams.is_none() || along));
         args.push(child::address(place.path()));
         let fail = |what: String| Error::output(path, what);
         let mut child = Child::spawn(&child::ffmpeg_program(ffmpeg), &args).map_err(fail)?;
@@ -180,6 +139,7 @@ impl VideoSink {
             coding,
             time_base,
             streams,
+            along,
             sound_args,
             warnings,
             writer,
@@ -235,31 +195,38 @@ impl VideoSink {
         (off && length > Rational::ZERO).then_some(Last { number, start, length })
     }
 
-    /// Adds what could not be told before, the sound above all. `None` if there is nothing to add.
-    fn complete(&self) -> Result<Option<Place>> {
+    /// Adds what could not be told before. `None` if there is nothing to add: the picture begins at 0,
+    /// and the sound, if any, went in with it, was not `doubtful`, and ends where it should.
+    fn complete(&self, doubtful: bool) -> Result<Option<Place>> {
         let last = self.last();
-        if self.streams.is_none() && last.is_none() {
+        let first = self.first.unwrap_or(Rational::ZERO);
+        let heard = |streams| self.along && !doubtful && self.sound_end(streams).is_none();
+        if first == Rational::ZERO && self.streams.as_ref().is_none_or(heard) && last.is_none() {
             return Ok(None);
         }
+        let fail = |words: String| {
+            let what = format!("the file could not be completed: {words}");
+            Error::output(self.place.named(), what)
+        };
+        let ffmpeg = self.ffmpeg.as_deref();
         let completed = self.place.another()?;
-        let picture = Finished {
+        let mut picture = Finished {
             path: self.place.path(),
             container: self.container,
             time_base: self.time_base,
-            first: self.first.unwrap_or(Rational::ZERO),
+            first,
             last,
+            lead: Rational::ZERO,
         };
+        if self.along {
+            picture.lead = probe_lead(picture.path, ffmpeg).map_err(|e| fail(e.to_string()))?;
+        }
         let sound = self.streams.as_ref().map(|streams| Beside {
             streams,
             end: self.sound_end(streams),
             options: &self.sound_args,
         });
-        remux(&picture, sound.as_ref(), completed.path(), self.ffmpeg.as_deref()).map_err(
-            |words| {
-                let what = format!("the file could not be completed: {words}");
-                Error::output(self.place.named(), what)
-            },
-        )?;
+        remux(&picture, sound.as_ref(), completed.path(), ffmpeg).map_err(fail)?;
         Ok(Some(completed))
     }
 }
@@ -309,10 +276,13 @@ impl Sink for VideoSink {
         self.writer = None;
         let status =
             self.child.wait().map_err(|e| Error::output(self.place.named(), e.to_string()))?;
-        if !status.success() || self.child.complained() {
+        // With sound in it, a complaint may be of that: the last step, which looks at the picture
+        // alone and puts the sound in anew, is to tell.
+        let complained = self.child.complained();
+        if !status.success() || complained && !self.along {
             return Err(self.fallen());
         }
-        let completed = self.complete()?;
+        let completed = self.complete(complained)?;
         completed.unwrap_or(self.place).commit()
     }
 }
@@ -322,40 +292,23 @@ fn even(size: Size) -> Size {
     Size::new(size.width.next_multiple_of(2), size.height.next_multiple_of(2))
 }
 
-/// The tags of the output: those of the source, or BT.709 for what was RGB.
-fn tags(source: Option<&Colorimetry>) -> Colorimetry {
-    let bt709 = || Some("bt709".to_string());
-    source.cloned().unwrap_or_else(|| Colorimetry {
-        matrix: bt709(),
-        range: Some("tv".into()),
-        primaries: bt709(),
-        transfer: bt709(),
-    })
-}
-
-/// Options that tag a stream.
-fn tag_arguments(tags: &Colorimetry) -> Vec<OsString> {
-    let named = [
-        ("-colorspace", &tags.matrix),
-        ("-color_range", &tags.range),
-        ("-color_primaries", &tags.primaries),
-        ("-color_trc", &tags.transfer),
-    ];
-    let told = named.iter().filter_map(|(name, tag)| Some((name, tag.as_ref()?)));
-    told.flat_map(|(name, tag)| arguments([name, tag])).collect()
-}
-
-/// The part of the command line that reads our frames and leaves them and their times as they are.
-fn input_arguments(tags: &Colorimetry, time_base: Rational) -> Vec<OsString> {
+/// The part of the command line that reads our frames.
+fn reading(tags: &Colorimetry) -> Vec<OsString> {
     let mut args = arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning", &"-y"]);
     // The headers tell everything: no frames are gathered to guess from.
     args.extend(arguments([&"-probesize", &"32", &"-analyzeduration", &"0"]));
     args.extend(arguments([&"-fpsprobesize", &"0", &"-f", &"nut"]));
     // Tagged on the way in as well, so that ffmpeg sees nothing to convert.
     args.extend(tag_arguments(tags));
-    args.extend(arguments([&"-i", &"pipe:0", &"-map", &"0:v:0", &"-pix_fmt", &"yuv420p"]));
+    args.extend(arguments([&"-i", &"pipe:0"]));
+    args
+}
+
+/// The part that leaves them and their times as they are.
+fn leaving(time_base: Rational) -> Vec<OsString> {
     let units = format!("{}:{}", time_base.num, time_base.den);
-    args.extend(arguments([&"-vsync", &"passthrough", &"-enc_time_base", &units]));
+    let mut args = arguments([&"-map", &"0:v:0", &"-pix_fmt", &"yuv420p"]);
+    args.extend(arguments([&"-vsync", &"passthrough", &"-enc_time_base:v", &units]));
     args
 }
 
@@ -369,7 +322,6 @@ fn lay_over(pixels: &mut [Rgba], background: Rgba) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::colour::{Matrix, Range};
 
     #[test]
     fn a_frame_is_a_whole_number_of_units() {
@@ -394,13 +346,5 @@ mod tests {
         assert_eq!(pixels[0], [200, 100, 0, 255]);
         assert_eq!(pixels[1], [10, 20, 30, 255]);
         assert_eq!(pixels[2], [133, 138, 143, 255]);
-    }
-
-    #[test]
-    fn rgb_is_tagged_and_untold_stays_untold() {
-        assert_eq!(tag_arguments(&tags(None)).len(), 8);
-        assert!(tag_arguments(&tags(Some(&Colorimetry::default()))).is_empty());
-        let coding = Coding::of(&tags(None), Size::new(10, 10));
-        assert_eq!(coding, Coding { matrix: Matrix::Bt709, range: Range::Limited });
     }
 }

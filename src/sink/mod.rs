@@ -9,7 +9,9 @@ mod palette;
 pub mod place;
 pub(crate) mod remux;
 pub mod sound;
+mod spec;
 mod still;
+mod tags;
 mod unfinished;
 pub mod y4m;
 

@@ -1,8 +1,9 @@
-//! The last step of a video file: a second, quick run of ffmpeg that copies the finished picture.
+//! The last step of a video file, where it takes one: a second, quick run of ffmpeg that copies the
+//! finished picture.
 //!
-//! It puts the sound beside it and sets what could not be known before. Doing it afterwards means that
-//! the length of the picture is known, however the run came to its end, and that a slow picture never
-//! waits for sound or sound for it.
+//! It sets what could not be known before: how long the last frame is shown, and where the sound ends if
+//! the picture ends before it. Sound that has to come from a network is put in here too, so that the
+//! picture does not wait for it.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -24,6 +25,8 @@ pub(crate) struct Finished<'a> {
     pub(crate) first: Rational,
     /// The last frame, if its length must be set.
     pub(crate) last: Option<Last>,
+    /// How long after the first stream of the file it begins, in seconds.
+    pub(crate) lead: Rational,
 }
 
 /// The last frame of a picture: raw video in NUT has no lengths, and ffmpeg takes the nominal one.
@@ -57,14 +60,13 @@ pub(crate) fn remux(
 ) -> Result<(), String> {
     let container = picture.container;
     let mut args = arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning", &"-y"]);
-    // ffmpeg moves every input to 0; this moves the picture back.
-    args.extend(arguments([&"-itsoffset", &seconds(picture.first), &"-i"]));
+    // ffmpeg moves the first stream of every input to 0; this moves the picture back.
+    args.extend(arguments([&"-itsoffset", &seconds(picture.first - picture.lead), &"-i"]));
     args.push(child::address(picture.path));
     if let Some(sound) = sound {
         args.extend(sound.streams.input(sound.end));
     }
     args.extend(arguments([&"-map", &"0:v:0", &"-c:v", &"copy"]));
-    args.extend(arguments([&"-map_metadata", &"-1", &"-map_chapters", &"-1"]));
     if let Some(last) = &picture.last {
         args.extend(arguments([&"-bsf:v", &lengthen(last, picture)]));
     }
@@ -72,11 +74,7 @@ pub(crate) fn remux(
         args.extend(sound.streams.output(container));
         args.extend(sound.options.iter().cloned());
     }
-    if !container.is_quicktime() {
-        // An encoder's run-in before 0 must not push the picture to a later time: Matroska keeps it
-        // as the codec's delay.
-        args.extend(arguments([&"-avoid_negative_ts", &"disabled"]));
-    }
+    args.extend(bare(container));
     args.extend(placing(container, picture.time_base, true));
     args.push(child::address(to));
     let mut ffmpeg = Child::spawn(&child::ffmpeg_program(ffmpeg), &args)?;
@@ -90,6 +88,17 @@ pub(crate) fn remux(
     // Complaints may come from damaged sound, which is no reason to lose the picture; a full disk is.
     let words = ffmpeg.last_words();
     if status.success() && !words.contains("No space left") { Ok(()) } else { Err(words) }
+}
+
+/// Options that take over the streams and nothing else, and leave their times where they are.
+pub(crate) fn bare(container: Container) -> Vec<OsString> {
+    let mut args = arguments([&"-map_metadata", &"-1", &"-map_chapters", &"-1"]);
+    if !container.is_quicktime() {
+        // An encoder's run-in before 0 must not push the picture to a later time: Matroska keeps it
+        // as the codec's delay.
+        args.extend(arguments([&"-avoid_negative_ts", &"disabled"]));
+    }
+    args
 }
 
 /// The filter of packets that gives the last frame its length. QuickTime's tables count from the last

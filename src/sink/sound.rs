@@ -7,32 +7,41 @@ use crate::error::Result;
 use crate::frame::Rational;
 use crate::sink::codec::Container;
 use crate::sink::remux::seconds;
-use crate::source::child::{address, arguments};
-use crate::source::probe::probe_sound;
+use crate::source::child::{address, arguments, is_url};
+use crate::source::probe::{SoundTracks, probe_sound};
 
 pub use crate::source::Sound;
 
 /// The sound streams that are to be put in.
 pub(crate) struct Streams {
     source: Sound,
-    codecs: Vec<String>,
-    /// What the times of the source are ahead of ffmpeg's.
-    shift: Rational,
+    tracks: SoundTracks,
 }
 
 impl Streams {
-    /// Looks at the source; `None` when there is nothing to hear.
+    /// Those of the source; `None` when there is nothing to hear.
     ///
     /// # Errors
     /// When it cannot be read.
     pub(crate) fn of(source: &Sound, ffmpeg: Option<&Path>) -> Result<Option<Self>> {
-        let (sounds, shift) = probe_sound(&source.path, ffmpeg)?;
-        let codecs: Vec<String> = sounds.into_iter().map(|sound| sound.codec).collect();
-        Ok((!codecs.is_empty()).then(|| Self { source: source.clone(), codecs, shift }))
+        let tracks = match &source.tracks {
+            Some(tracks) => tracks.clone(),
+            None => probe_sound(&source.path, ffmpeg)?,
+        };
+        Ok((!tracks.codecs.is_empty()).then(|| Self { source: source.clone(), tracks }))
     }
 
     pub(crate) fn source(&self) -> &Sound {
         &self.source
+    }
+
+    /// Whether they can be put in while the picture is encoded: it begins at 0, to where ffmpeg moves
+    /// it, they are not to end before their own end, as far as is known, and no network can keep the
+    /// picture waiting.
+    pub(crate) fn go_along(&self) -> bool {
+        let Sound { path, start, cut, .. } = &self.source;
+        let at_once = self.tracks.picture == Some(Rational::ZERO) && *start == Rational::ZERO;
+        at_once && !cut && !is_url(path)
     }
 
     /// Options that read it, up to the time `end` of the picture if that is given.
@@ -48,7 +57,7 @@ impl Streams {
     /// Options that write it, copied where `container` takes it.
     pub(crate) fn output(&self, container: Container) -> Vec<OsString> {
         let mut args = arguments([&"-map", &"1:a"]);
-        for (i, codec) in self.codecs.iter().enumerate() {
+        for (i, codec) in self.tracks.codecs.iter().enumerate() {
             if !container.takes_sound(codec) {
                 args.extend(container.sound_encoder(i));
                 continue;
@@ -64,7 +73,7 @@ impl Streams {
 
     /// Options that make the moment at which the picture begins the time 0.
     fn begin(&self) -> Vec<OsString> {
-        let seek = self.source.start - self.shift;
+        let seek = self.source.start - self.tracks.shift;
         if self.source.start > Rational::ZERO && seek > Rational::ZERO {
             arguments([&"-ss", &seconds(seek)])
         } else {

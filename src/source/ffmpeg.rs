@@ -36,6 +36,7 @@ pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
         path: path.clone(),
         start: options.start.unwrap_or(Rational::ZERO),
         cut: options.end.is_some() || options.frames.is_some(),
+        tracks: Some(video.probed.sound.clone()),
     });
     let files: Arc<[PathBuf]> = if is_address(&path) { Arc::from([]) } else { Arc::from([path]) };
     let input = Input::new(files, info, move || Ok(Box::new(video.start()?)));
@@ -71,7 +72,7 @@ impl Video {
     /// # Errors
     /// [`Error::Input`] when it cannot be started.
     pub fn start(&self) -> Result<VideoSource> {
-        let Probed { info, track } = &self.probed;
+        let Probed { info, track, .. } = &self.probed;
         let program = child::ffmpeg_program(self.ffmpeg.as_deref());
         let mut child = Child::spawn(&program, &arguments(&self.path, info, track))
             .map_err(|what| Error::input(&self.path, what))?;

@@ -31,6 +31,7 @@ use crate::frame::{Frame, Rational, Span, StreamInfo};
 pub use watch::hang_up;
 
 use detect::Kind;
+use probe::SoundTracks;
 use rehearse::Rehearsed;
 use resize::Resize;
 use trim::{Part, Trim};
@@ -108,6 +109,15 @@ pub struct Sound {
     /// Whether the picture was asked to end before the source does: then the sound ends with the
     /// picture. Else it is kept whole, unless the picture turns out shorter than expected.
     pub cut: bool,
+    /// Its tracks, where they were looked at already.
+    pub(crate) tracks: Option<SoundTracks>,
+}
+
+impl Sound {
+    /// The sound of `path` from the moment `start` on, see the fields.
+    pub fn new(path: impl Into<PathBuf>, start: Rational, cut: bool) -> Self {
+        Self { path: path.into(), start, cut, tracks: None }
+    }
 }
 
 /// Frames per second of a sequence of pictures that nobody gave a rate.

@@ -50,13 +50,15 @@ pub(crate) struct Track {
     pub(crate) end: Option<Rational>,
 }
 
-/// A sound stream.
+/// The sound of a file.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Sound {
-    /// Its codec in ffmpeg's words.
-    pub(crate) codec: String,
-    /// In words.
-    pub(crate) text: String,
+pub(crate) struct SoundTracks {
+    /// The codec of each track in ffmpeg's words; none if there is nothing to hear.
+    pub(crate) codecs: Vec<String>,
+    /// What our times are ahead of ffmpeg's, which begin at 0 with the first stream.
+    pub(crate) shift: Rational,
+    /// When the picture beside it begins, in our times, if there is one and it is told.
+    pub(crate) picture: Option<Rational>,
 }
 
 /// Everything that ffprobe told.
@@ -64,6 +66,7 @@ pub(crate) struct Sound {
 pub(crate) struct Probed {
     pub(crate) info: StreamInfo,
     pub(crate) track: Track,
+    pub(crate) sound: SoundTracks,
 }
 
 /// Asks ffprobe about `path`.
@@ -106,9 +109,7 @@ pub(crate) fn is_camera(path: &Path) -> bool {
 /// When ffprobe is missing, cannot read the file, or there is no video that we can work on.
 pub(crate) fn probe(path: &Path, ffmpeg: Option<&Path>) -> Result<Probed> {
     let answer = ask(path, ffmpeg)?;
-    let stream = streams(&answer, "video")
-        .find(|stream| stream["disposition"]["attached_pic"].as_u64() != Some(1))
-        .ok_or_else(|| Error::input(path, "there is no video in it"))?;
+    let stream = picture(&answer).ok_or_else(|| Error::input(path, "there is no video in it"))?;
     if text(&answer["format"], "format_name") == Some("tty") {
         // ffmpeg takes any text for a film of a terminal.
         return Err(Error::input(path, "is text, neither a picture nor a video"));
@@ -117,7 +118,7 @@ pub(crate) fn probe(path: &Path, ffmpeg: Option<&Path>) -> Result<Probed> {
         .ok_or_else(|| Error::input(path, "ffmpeg has no decoder for this video"))?;
     let size = shown_size(stream).ok_or_else(|| Error::input(path, "the video has no size"))?;
     check_size(size).map_err(|error| Error::input(path, error.to_string()))?;
-    let codec = text(stream, "codec_name").unwrap_or("unknown");
+    let codec = codec(stream);
     let decoder = alpha_decoder(stream, codec);
     let (format, sampling, alpha) = pipe_format(pix_fmt, decoder.is_some());
     let tags = colorimetry(stream);
@@ -145,24 +146,22 @@ pub(crate) fn probe(path: &Path, ffmpeg: Option<&Path>) -> Result<Probed> {
         alpha,
         still: false,
         loops: Loops::Once,
-        audio: sounds(&answer).into_iter().next().map(|sound| sound.text),
+        audio: streams(&answer, "audio").next().map(in_words),
         live: is_live(path, &answer),
         colour: sampling.is_some().then_some(tags),
     };
     let index = stream["index"].as_u64().unwrap_or(0);
     let zero = (!info.live).then(|| zero(&answer));
     let track = Track { index, time_base, format, pixels, decoder, zero, end };
-    Ok(Probed { info, track })
+    Ok(Probed { info, track, sound: sound_tracks(&answer) })
 }
 
-/// The sound streams of `path`, none if there is nothing to hear in it, and what our times are ahead
-/// of ffmpeg's, which begin at 0 with the first stream.
+/// The sound of `path`, which need not have a picture.
 ///
 /// # Errors
 /// When ffprobe is missing or cannot read the file.
-pub(crate) fn probe_sound(path: &Path, ffmpeg: Option<&Path>) -> Result<(Vec<Sound>, Rational)> {
-    let answer = ask(path, ffmpeg)?;
-    Ok((sounds(&answer), origin(&answer) - zero(&answer)))
+pub(crate) fn probe_sound(path: &Path, ffmpeg: Option<&Path>) -> Result<SoundTracks> {
+    Ok(sound_tracks(&ask(path, ffmpeg)?))
 }
 
 fn streams<'a>(answer: &'a Value, kind: &'a str) -> impl Iterator<Item = &'a Value> {
@@ -170,15 +169,43 @@ fn streams<'a>(answer: &'a Value, kind: &'a str) -> impl Iterator<Item = &'a Val
     all.iter().filter(move |stream| text(stream, "codec_type") == Some(kind))
 }
 
-fn sounds(answer: &Value) -> Vec<Sound> {
-    streams(answer, "audio")
-        .map(|stream| {
-            let codec = text(stream, "codec_name").unwrap_or("unknown").to_string();
-            let rate = text(stream, "sample_rate").unwrap_or("?");
-            let channels = stream["channels"].as_u64().unwrap_or(0);
-            Sound { text: format!("{codec} {rate} Hz {channels} ch"), codec }
-        })
-        .collect()
+fn sound_tracks(answer: &Value) -> SoundTracks {
+    let codecs = streams(answer, "audio").map(|stream| codec(stream).to_string()).collect();
+    let picture = picture(answer).and_then(begin).map(|begin| begin - zero(answer));
+    SoundTracks { codecs, shift: origin(answer) - zero(answer), picture }
+}
+
+/// How long after the first stream of the file `path` its picture begins, in seconds.
+///
+/// # Errors
+/// When ffprobe is missing or cannot read the file.
+pub(crate) fn probe_lead(path: &Path, ffmpeg: Option<&Path>) -> Result<Rational> {
+    let answer = ask(path, ffmpeg)?;
+    let begin = picture(&answer).and_then(begin).unwrap_or_else(|| origin(&answer));
+    Ok(begin - origin(&answer))
+}
+
+/// The first video stream that is not a cover picture.
+fn picture(answer: &Value) -> Option<&Value> {
+    streams(answer, "video")
+        .find(|stream| stream["disposition"]["attached_pic"].as_u64() != Some(1))
+}
+
+/// The moment at which a stream begins, by the container's clock.
+fn begin(stream: &Value) -> Option<Rational> {
+    let start = stream["start_pts"].as_i64()?;
+    Some(Rational::new(start, 1) * text(stream, "time_base").and_then(fraction)?)
+}
+
+/// A track of sound in words.
+fn in_words(stream: &Value) -> String {
+    let rate = text(stream, "sample_rate").unwrap_or("?");
+    let channels = stream["channels"].as_u64().unwrap_or(0);
+    format!("{} {rate} Hz {channels} ch", codec(stream))
+}
+
+fn codec(stream: &Value) -> &str {
+    text(stream, "codec_name").unwrap_or("unknown")
 }
 
 /// A field that is told and means something.

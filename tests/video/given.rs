@@ -95,7 +95,7 @@ pub(crate) fn copy(path: &Path, to: &Path, most: usize) -> Vec<String> {
     let video = Video::open(path, None).expect("a video");
     let info = video.info();
     let mut spec = VideoSpec::of(info, info.size);
-    spec.sound = Some(Sound { path: path.into(), start: Rational::ZERO, cut: false });
+    spec.sound = Some(Sound::new(path, Rational::ZERO, false));
     let sink = VideoSink::create(to, spec, &fast()).expect("an encoder");
     let (warnings, mut sink) = (sink.warnings().to_vec(), Box::new(sink));
     let mut source = video.start().expect("ffmpeg starts");

@@ -36,6 +36,8 @@ fn sound_is_kept_and_cut_with_the_picture() {
             copy(&clip, &out, 25);
             let (_, end) = sound(&out).expect("sound");
             assert!((end - 1.0).abs() < 0.05, "{name} cut in {extension} ends at {end}");
+            let (all, cut) = (times(&clip), times(&out));
+            assert!(apart(&all[..25], &cut) <= 0.001, "{name} cut in {extension}: {cut:?}");
         }
     }
     let silent = make(&dir, "silent.mp4", "-f lavfi -i testsrc2=s=64x48:r=25:d=1 -c:v libx264");
@@ -63,7 +65,7 @@ fn sound_of_a_part_starts_with_it() {
         let info = Video::open(&clip, None).expect("a video").info().clone();
         let mut spec = VideoSpec::of(&info, info.size);
         let start = Rational::new(1, 1);
-        spec.sound = Some(Sound { path: clip.clone(), start, cut: true });
+        spec.sound = Some(Sound::new(&clip, start, true));
         let mut sink = Box::new(VideoSink::create(&out, spec, &fast()).expect("an encoder"));
         for Decoded { frame, span } in frames.into_iter().skip(25).take(25) {
             let span = Span { start: span.start - start, ..span };

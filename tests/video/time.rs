@@ -26,6 +26,7 @@ fn times_are_those_of_the_container() {
             "vfr.mp4",
             format!("{lavfi}:r=50:d=1 -vf select='not(mod(n\\,7))+gt(n\\,30)' -vsync vfr {x264}"),
         ),
+        ("late-and-mute.mkv", format!("{lavfi}:r=10:d=1 -vf setpts=PTS+0.4/TB {x264}")),
         ("late.mkv", format!("{lavfi}:r=10:d=1 -f lavfi -i sine=d=2 -vf setpts=PTS+0.4/TB {x264}")),
         ("mpeg.ts", format!("{lavfi}:r=25:d=1 -f lavfi -i sine=d=1 {x264}")),
     ] {

@@ -1,0 +1,63 @@
+//! What is to be encoded into a video, and how.
+
+use std::path::PathBuf;
+
+use crate::frame::{Colorimetry, Rational, StreamInfo};
+use crate::geom::Size;
+use crate::sink::sound::Sound;
+
+/// How to encode.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VideoOptions {
+    /// A codec (`h264`, `h265`, `vp8`, `vp9`, `av1`, `prores`) or ffmpeg's name of an encoder.
+    /// Default `None`: H.264, in WebM VP9.
+    pub codec: Option<String>,
+    /// Constant quality in the encoder's own measure, smaller is better. Default `None`: 18 for
+    /// H.264, the like for others.
+    pub crf: Option<u32>,
+    /// Effort, by x264's names: `ultrafast` to `placebo`. Default `None`: the encoder's own.
+    pub encoder_preset: Option<String>,
+    /// Whether the sound of the source is kept. Default true.
+    pub audio: bool,
+    /// Further options of ffmpeg, in front of the output file. Default none.
+    pub ffmpeg_args: Vec<String>,
+    /// The program to use as ffmpeg. Default `None`: the one on the search path.
+    pub ffmpeg: Option<PathBuf>,
+}
+
+impl Default for VideoOptions {
+    fn default() -> Self {
+        Self {
+            codec: None,
+            crf: None,
+            encoder_preset: None,
+            audio: true,
+            ffmpeg_args: Vec::new(),
+            ffmpeg: None,
+        }
+    }
+}
+
+/// What is to be encoded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VideoSpec {
+    /// Size of all pictures.
+    pub size: Size,
+    /// Nominal rate, if there is one.
+    pub rate: Option<Rational>,
+    /// Expected length in seconds, to know a run that was stopped early.
+    pub duration: Option<Rational>,
+    /// Colour tags of a source that was video, to be kept; untold ones stay untold, and the size
+    /// decides what they mean ([`Coding::of`]). `None` for sources that were RGB: tagged BT.709.
+    pub colour: Option<Colorimetry>,
+    /// Sound to be put in.
+    pub sound: Option<Sound>,
+}
+
+impl VideoSpec {
+    /// Pictures of `size` made from the stream `info`, without sound.
+    pub fn of(info: &StreamInfo, size: Size) -> Self {
+        let (rate, duration, colour) = (info.rate, info.duration, info.colour.clone());
+        Self { size, rate, duration, colour, sound: None }
+    }
+}
