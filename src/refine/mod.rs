@@ -14,6 +14,7 @@
 //! triangles, [`RefineOptions::regularity`], keeps the rest well-shaped.
 
 mod colouring;
+mod cost;
 mod descend;
 mod echo;
 mod errors;
