@@ -17,6 +17,7 @@
 //! for [`PATIENCE`] frames more of them would have stayed below [`LOW`] of it; everything else waits
 //! longer. The gap between the two is what keeps the detail from pumping.
 
+mod change;
 mod pace;
 #[cfg(test)]
 mod tests;
@@ -24,6 +25,8 @@ mod tests;
 use std::time::Duration;
 
 use crate::options::{EIGHTHS, Look, Steps};
+pub use change::Change;
+use change::change;
 use pace::Pace;
 
 /// The share of the budget that the expected time may come to before less is done.
@@ -73,35 +76,6 @@ const SETUP: f64 = 0.75;
 
 /// The eighths of a step that the first frames get, when nothing is known yet.
 const FIRST: u32 = EIGHTHS;
-
-/// A change of detail, and why.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Change {
-    /// What was changed: `steps`, `rows`, `map`, `motion` or `seeds`.
-    pub what: &'static str,
-    /// What it was.
-    pub from: f64,
-    /// What it is now.
-    pub to: f64,
-    /// What the frame was expected to take as it was, in milliseconds of the budget's.
-    pub expected_ms: f64,
-    /// The budget.
-    pub budget_ms: f64,
-}
-
-impl std::fmt::Display for Change {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { what, from, to, expected_ms, budget_ms } = self;
-        match *what {
-            "steps" => write!(f, "refinement steps {from} -> {to}"),
-            "rows" => write!(f, "colours from every {from}. -> {to}. row"),
-            "map" => write!(f, "feature map 1/{from} -> 1/{to} of the size"),
-            "motion" => write!(f, "motion found in every {from}. -> {to}. frame"),
-            _ => write!(f, "{what} {from} % -> {to} %"),
-        }?;
-        write!(f, ": {expected_ms:.1} ms expected of {budget_ms:.1} ms")
-    }
-}
 
 /// Chooses what frames may cost.
 #[derive(Clone, Debug)]
@@ -399,10 +373,4 @@ impl Governor {
         self.mesh.idle = 0;
         self.news.push(change("steps", steps(before), 0.0, expected, self.budget));
     }
-}
-
-fn change(what: &'static str, from: f64, to: f64, expected: f64, budget: f64) -> Change {
-    // Microseconds are plenty for a reader.
-    let ms = |seconds: f64| (seconds * 1e6).round() / 1e3;
-    Change { what, from, to, expected_ms: ms(expected), budget_ms: ms(budget) }
 }

@@ -14,6 +14,7 @@
 
 mod admission;
 mod controls;
+mod delivery;
 mod histogram;
 mod hop;
 mod pilot;
@@ -43,6 +44,7 @@ use crate::stage::Stage;
 pub use admission::Stop;
 use admission::{Door, decode};
 pub use controls::Controls;
+use delivery::Delivery;
 use histogram::StageHistograms;
 use hop::{Admitted, Featured, Meshed, Orders, Painted, Ticket};
 pub use pilot::Guide;
@@ -332,69 +334,6 @@ fn fill(
     pilot.after_painting(&report);
     let picture = Picture { frame: painting.frame, fills: painting.fills, span };
     Ok(Painted { rehearsal, report, picture, origin: Some(Origin { frame, mesh }) })
-}
-
-/// The end of the chain: the sink, and the way to the observer.
-struct Delivery<'a> {
-    sink: Box<dyn Sink>,
-    tell: Sender<FrameReport>,
-    return_canvas: Sender<Vec<Rgba>>,
-    stop: &'a Stop,
-    keep_truncated: bool,
-}
-
-impl Delivery<'_> {
-    /// Writes all pictures. The sink is finished unless an error comes in, or out of it.
-    fn run(mut self, inbox: Receiver<Result<Painted>>) -> Result<Ending> {
-        let mut clock = Clock::new(Stage::Encode);
-        let mut written = 0u64;
-        for hop in inbox {
-            let Painted { mut report, picture, origin, .. } = match hop {
-                Ok(hop) if hop.rehearsal => continue,
-                Ok(hop) => hop,
-                Err(error) if self.keep_truncated && written > 0 && is_truncation(&error) => {
-                    return self.finish(Ending::Truncated(error));
-                }
-                Err(error) => return Err(error),
-            };
-            let written_out = clock.time(Stage::Encode, &mut report, || match origin {
-                Some(origin) => self.sink.write_with_origin(picture, origin),
-                None => self.sink.write(picture),
-            });
-            match written_out {
-                Err(Error::Closed) => return Ok(Ending::Closed),
-                done => done?,
-            }
-            written += 1;
-            let canvas = self.sink.spent();
-            if !canvas.is_empty() {
-                // Without room the rasteriser has enough of them: then it is let go.
-                let _ = self.return_canvas.try_send(canvas);
-            }
-            if self.tell.send(report).is_err() {
-                // The caller's thread is unwinding; the sink goes unfinished, as in any failure.
-                return Ok(Ending::Stopped);
-            }
-        }
-        match (written, self.stop.is_requested()) {
-            (0, true) => Ok(Ending::Stopped),
-            (0, false) => Err(Error::usage("there are no frames to render")),
-            (_, true) => self.finish(Ending::Stopped),
-            (_, false) => self.finish(Ending::Complete),
-        }
-    }
-
-    fn finish(self, ending: Ending) -> Result<Ending> {
-        match self.sink.finish() {
-            Err(Error::Closed) => Ok(Ending::Closed),
-            done => done.map(|()| ending),
-        }
-    }
-}
-
-/// Whether `error` says that the input broke off, rather than that we failed.
-fn is_truncation(error: &Error) -> bool {
-    matches!(error, Error::Input { .. } | Error::Frame { stage: Stage::Decode, .. })
 }
 
 /// A thread called `name`. When it cannot be had, those that were begun end by themselves, because

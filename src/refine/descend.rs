@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::Field;
 use super::colouring::Colouring;
+use super::cost::Cost;
 use super::errors::Errors;
 use super::force::gradient;
 use super::rest::Rest;
@@ -11,7 +12,7 @@ use super::ring::Ring;
 use super::rows::RowSums;
 use super::share::Share;
 use super::sums::Sums;
-use super::surface::{Cost, NONE, Surface, previous};
+use super::surface::{NONE, Surface, previous};
 use crate::geom::{Point, SUBPIXEL};
 use crate::mesh::Place;
 

@@ -3,9 +3,10 @@
 use rayon::prelude::*;
 
 use super::Field;
+use super::cost::Cost;
 use super::rest::Rest;
 use super::sums::Sums;
-use super::surface::{Cost, NONE, Surface, next, previous};
+use super::surface::{NONE, Surface, next, previous};
 use crate::geom::orient;
 
 /// Half-edges that one piece of work looks at.

@@ -14,6 +14,7 @@
 //! triangles, [`RefineOptions::regularity`], keeps the rest well-shaped.
 
 mod colouring;
+mod cost;
 mod descend;
 mod echo;
 mod errors;
@@ -27,6 +28,7 @@ mod ring;
 mod rows;
 mod shape;
 mod share;
+mod step;
 mod sums;
 mod surface;
 #[cfg(test)]
@@ -34,14 +36,11 @@ mod tests;
 
 use crate::frame::{Fill, Frame};
 use crate::mesh::Mesh;
-use descend::Descent;
 use echo::Echo;
-use errors::Errors;
-use flip::flip;
-use replace::{Worth, replace, turns};
-use rest::Rest;
+use replace::turns;
 use rows::RowSums;
-use share::{Share, Turn};
+use share::Share;
+use step::{Changes, Stepper};
 use surface::Surface;
 
 /// How to refine a mesh.
@@ -137,6 +136,16 @@ pub struct Refined {
     pub likeness: Option<f64>,
 }
 
+impl Refined {
+    /// One step more.
+    fn add(&mut self, mut changes: Changes) {
+        self.steps += 1;
+        self.moved += changes.moved;
+        self.flipped += changes.flipped;
+        self.replaced.append(&mut changes.replaced);
+    }
+}
+
 /// Looks at a mesh and its squared error, before the first step and after each; whether to go on.
 pub type Watch<'a> = &'a mut (dyn FnMut(&Mesh, f64) -> bool + Send);
 
@@ -145,12 +154,8 @@ pub type Watch<'a> = &'a mut (dyn FnMut(&Mesh, f64) -> bool + Send);
 pub struct Refiner {
     rows: RowSums,
     surface: Surface,
-    descent: Descent,
-    worth: Worth,
-    errors: Errors,
-    rest: Rest,
+    stepper: Stepper,
     echo: Echo,
-    edges: Vec<Vec<u32>>,
     /// The stripe of vertices that comes next where a step is done in part.
     stripe: u32,
 }
@@ -208,15 +213,13 @@ impl Refiner {
         self.surface.stored.clone_from(&mesh.triangles);
         // All triangles count as changed in the next frame.
         self.surface.clock = 0;
-        self.rest.reset(&self.surface);
+        self.stepper.rest.reset(&self.surface);
         self.begin();
     }
 
     /// Nothing is known of the mesh yet.
     fn begin(&mut self) {
-        self.descent.reset(self.surface.at.len());
-        self.worth.start_anew();
-        self.errors.forget();
+        self.stepper.forget(self.surface.at.len());
         self.stripe = 0;
     }
 
@@ -258,22 +261,15 @@ impl Refiner {
         carried: bool,
         mut watch: Option<Watch<'_>>,
     ) -> Refined {
-        let Self { rows, surface, descent, worth, errors, rest, edges, stripe, echo: _ } = self;
+        let Self { rows, surface, stepper, stripe, echo: _ } = self;
         let field = Field::new(rows, frame, surface.triangles(), options);
         let part = Share::new(*stripe, options.part);
         *stripe = part.next();
-        if carried {
-            rest.wake(surface, if options.steps > 0 { Share::ALL } else { part }, field);
-        } else {
-            rest.reset(surface);
-        }
-        let most = (options.replace.clamp(0.0, 1.0) * surface.at.len() as f64).ceil() as usize;
+        stepper.begin(surface, carried, if options.steps > 0 { Share::ALL } else { part }, field);
+        let (begin, vertices) = (surface.clock, surface.at.len());
+        let most = (options.replace.clamp(0.0, 1.0) * vertices as f64).ceil() as usize;
         let mut refined = Refined { error_before: surface.error(rows), ..Refined::default() };
-        worth.reset(surface.at.len());
-        errors.begin(surface, carried);
-        let begin = surface.clock;
-        let mut since = begin;
-        let (mut still, vertices) = (0, surface.at.len());
+        let mut still = 0;
         for pass in 0..options.passes() {
             if let Some(watch) = &mut watch {
                 surface.store(mesh);
@@ -284,22 +280,9 @@ impl Refiner {
             let share = if pass < options.steps { Share::ALL } else { part };
             let most = share.count(most);
             let turns = if options.running { share.turns() } else { turns(vertices, most) };
-            surface.clock += 1;
-            let turn = worth.turn(turns);
-            if options.running || most > 0 {
-                errors.update(surface, rest, if options.running { Turn::ALL } else { turn }, field);
-            }
-            let mut replaced = replace(surface, worth, errors, rest, most, turn, field);
-            descent.start_anew(&replaced);
-            let moved = descent.step(surface, share, rest, errors, field);
-            let flipped = flip(surface, rest, since, field, edges);
-            since = surface.clock;
-            refined.steps += 1;
-            refined.moved += moved;
-            refined.flipped += flipped;
-            let quiet = moved + flipped + replaced.len() == 0;
-            refined.replaced.append(&mut replaced);
-            still = if quiet { still + 1 } else { 0 };
+            let changes = stepper.step(surface, share, most, turns, field);
+            still = if changes.is_empty() { still + 1 } else { 0 };
+            refined.add(changes);
             if still >= turns && !surface.awake.contains(&true) {
                 break;
             }
@@ -308,7 +291,7 @@ impl Refiner {
         refined.replaced.dedup();
         // Both are sums of rounded numbers: a mesh that stayed as it was has not got worse.
         refined.error_after = surface.error(rows).min(refined.error_before);
-        rest.settle(surface, begin);
+        stepper.rest.settle(surface, begin);
         surface.store(mesh);
         if frame.is_opaque() {
             refined.fills = surface.stored_fills(rows);

@@ -2,10 +2,11 @@
 
 use smallvec::SmallVec;
 
+use super::cost::Cost;
 use super::ring::Ring;
 use super::rows::RowSums;
 use super::sums::Sums;
-use super::surface::{Cost, NONE, Surface};
+use super::surface::{NONE, Surface};
 use crate::geom::Point;
 use crate::mesh::Place;
 

@@ -3,13 +3,14 @@
 use rayon::prelude::*;
 
 use super::Field;
+use super::cost::Cost;
 use super::errors::Errors;
 use super::force::gradient;
 use super::patch::{Closing, put_in, take_out};
 use super::rest::Rest;
 use super::ring::Ring;
 use super::share::Turn;
-use super::surface::{Cost, NONE, Surface};
+use super::surface::{NONE, Surface};
 use crate::geom::Point;
 use crate::mesh::Place;
 

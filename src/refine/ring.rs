@@ -1,8 +1,9 @@
 //! What surrounds a vertex: the polygon in which it may move, and the cost of each place there.
 
+use super::cost::Cost;
 use super::rows::RowSums;
 use super::sums::{Sums, Total};
-use super::surface::{Cost, NONE, Surface, next, previous};
+use super::surface::{NONE, Surface, next, previous};
 use crate::geom::{Point, orient};
 
 /// The polygon around a vertex, or around a place where one may be put. Triangle `i` of the fan has

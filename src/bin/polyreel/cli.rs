@@ -1,5 +1,6 @@
 //! The command line: commands, and their options in groups that commands share.
 
+mod evaluate;
 mod preview;
 
 use std::num::{NonZeroU64, NonZeroUsize};
@@ -8,14 +9,15 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use polyreel::error::{Error, Result};
 use polyreel::frame::Rational;
-use polyreel::options::{Colour, Method};
+use polyreel::options::Colour;
 use polyreel::sink::ffmpeg::VideoOptions;
 use polyreel::source::SourceOptions;
 
 use crate::amount;
 use crate::budget::{Budget, budget};
-use crate::look::{LookArgs, methods};
+use crate::look::LookArgs;
 
+pub(crate) use evaluate::EvaluateArgs;
 pub(crate) use preview::PreviewArgs;
 
 /// Turns pictures, GIFs and video into low-poly art, frame by frame.
@@ -123,83 +125,6 @@ pub(crate) struct InspectArgs {
     pub(crate) ffmpeg: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) look: LookArgs,
-}
-
-#[derive(Debug, Args)]
-#[command(override_usage = "polyreel evaluate [OPTIONS] <INPUT>...")]
-#[command(
-    after_help = "Every picture is measured by itself, every GIF and video as a clip. The paper's tables \
-                         are without refinement; tables of their own set the methods beside themselves \
-                         refined, as --quality, --refine or --error say, unless that is --refine 0. A \
-                         file that \
-                        cannot be read is reported and passed over; the exit code is 1 then.\n\nExample:\n  \
-                        polyreel evaluate pictures/ --methods hrlp,rlp --html report.html"
-)]
-pub(crate) struct EvaluateArgs {
-    #[command(flatten)]
-    pub(crate) input: InputArgs,
-    /// The methods to compare [default: all, or that of --method]
-    #[arg(long, value_name = "NAME,NAME", value_delimiter = ',', value_parser = methods())]
-    #[arg(help_heading = "Comparison")]
-    pub(crate) methods: Vec<Method>,
-    /// Leave out the disturbed pictures, which take three quarters of the time
-    #[arg(long, help_heading = "Comparison")]
-    pub(crate) no_robustness: bool,
-    /// Write all figures as JSON, to standard output or FILE
-    #[arg(long, value_name = "FILE", help_heading = "Output", num_args = 0..=1)]
-    #[arg(default_missing_value = "-", require_equals = true)]
-    pub(crate) json: Option<PathBuf>,
-    /// Write the figures of every picture and method as CSV, to standard output or FILE
-    #[arg(long, value_name = "FILE", help_heading = "Output", num_args = 0..=1)]
-    #[arg(default_missing_value = "-", require_equals = true)]
-    pub(crate) csv: Option<PathBuf>,
-    /// Write the tables as Markdown, to standard output or FILE
-    #[arg(long, value_name = "FILE", help_heading = "Output", num_args = 0..=1)]
-    #[arg(default_missing_value = "-", require_equals = true)]
-    pub(crate) markdown: Option<PathBuf>,
-    /// Write one page with pictures, plots and tables, readable without a network
-    #[arg(long, value_name = "FILE", help_heading = "Output")]
-    pub(crate) html: Option<PathBuf>,
-    /// Replace files that are there already
-    #[arg(short = 'y', long, help_heading = "Output")]
-    pub(crate) overwrite: bool,
-    /// Threads that work inside a frame [default: one a core]
-    #[arg(long, value_name = "N", help_heading = "Run")]
-    pub(crate) threads: Option<NonZeroUsize>,
-    /// Print no tables and no bar
-    #[arg(short, long, help_heading = "Run")]
-    pub(crate) quiet: bool,
-    #[command(flatten)]
-    pub(crate) look: LookArgs,
-}
-
-impl EvaluateArgs {
-    /// The inputs and the files to write. `--json out.json`, without its equals sign, looks like one
-    /// more input to the parser; no picture is called that, so it is what it looks like to its writer.
-    pub(crate) fn settled(mut self) -> Self {
-        let outputs =
-            [(&mut self.json, "json"), (&mut self.csv, "csv"), (&mut self.markdown, "md")];
-        for (output, extension) in outputs {
-            let names = |input: &String| {
-                PathBuf::from(input).extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
-            };
-            if output.as_ref().is_some_and(|path| path.as_os_str() == "-")
-                && let Some(place) = self.input.inputs.iter().position(names)
-            {
-                *output = Some(PathBuf::from(self.input.inputs.remove(place)));
-            }
-        }
-        self
-    }
-
-    /// The methods to compare, each once.
-    pub(crate) fn chosen(&self) -> Vec<Method> {
-        if self.methods.is_empty() {
-            return self.look.method.map_or_else(|| Method::ALL.to_vec(), |method| vec![method]);
-        }
-        let wanted = |method: &Method| self.methods.contains(method);
-        Method::ALL.into_iter().filter(wanted).collect()
-    }
 }
 
 #[derive(Debug, Args)]

@@ -6,7 +6,8 @@ use super::*;
 use crate::geom::orient;
 use crate::mesh::Place;
 use crate::rasterise::{self, rasterise};
-use crate::refine::surface::{Cost, Mean, NONE, next};
+use crate::refine::cost::Cost;
+use crate::refine::surface::{Mean, NONE, next};
 
 /// The half-edges fit together, and what is kept beside them is what measuring anew would find.
 fn audit(surface: &Surface, rows: &RowSums) {

@@ -1,0 +1,37 @@
+//! What the governor changed, as it is told to the user and in reports.
+
+/// A change of detail, and why.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Change {
+    /// What was changed: `steps`, `rows`, `map`, `motion` or `seeds`.
+    pub what: &'static str,
+    /// What it was.
+    pub from: f64,
+    /// What it is now.
+    pub to: f64,
+    /// What the frame was expected to take as it was, in milliseconds of the budget's.
+    pub expected_ms: f64,
+    /// The budget.
+    pub budget_ms: f64,
+}
+
+impl std::fmt::Display for Change {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { what, from, to, expected_ms, budget_ms } = self;
+        match *what {
+            "steps" => write!(f, "refinement steps {from} -> {to}"),
+            "rows" => write!(f, "colours from every {from}. -> {to}. row"),
+            "map" => write!(f, "feature map 1/{from} -> 1/{to} of the size"),
+            "motion" => write!(f, "motion found in every {from}. -> {to}. frame"),
+            _ => write!(f, "{what} {from} % -> {to} %"),
+        }?;
+        write!(f, ": {expected_ms:.1} ms expected of {budget_ms:.1} ms")
+    }
+}
+
+/// A change of `what` where a frame was expected to take so many seconds of the budget's.
+pub(super) fn change(what: &'static str, from: f64, to: f64, expected: f64, budget: f64) -> Change {
+    // Microseconds are plenty for a reader.
+    let ms = |seconds: f64| (seconds * 1e6).round() / 1e3;
+    Change { what, from, to, expected_ms: ms(expected), budget_ms: ms(budget) }
+}

@@ -1,0 +1,74 @@
+//! What a triangle costs, and what a change to it gains.
+
+use super::rows::RowSums;
+use super::shape::flatness;
+use super::sums::{Sums, Total};
+use crate::geom::{Point, orient};
+
+/// What a triangle costs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Cost {
+    /// Squared error of its mean colour over its pixels, less their squares, which no change to the
+    /// mesh changes: differences are what counts. Squared 8-bit steps.
+    pub(super) error: f64,
+    /// Its [`flatness`].
+    pub(super) shape: f64,
+}
+
+impl Cost {
+    pub(super) const INFINITE: Self = Self { error: f64::INFINITY, shape: f64::INFINITY };
+
+    /// Of `triangle`, whose edges sum to `sums`; infinite when it is turned over or has no area.
+    #[inline]
+    pub(super) fn of(rows: &RowSums, sums: &Sums, triangle: [Point; 3]) -> Self {
+        let [a, b, c] = triangle;
+        let doubled = orient(a, b, c);
+        if doubled <= 0 {
+            return Self::INFINITE;
+        }
+        Self::sound(rows, sums, doubled, triangle)
+    }
+
+    /// The same, of a triangle whose `orient` is known to be positive.
+    #[inline]
+    pub(super) fn sound(rows: &RowSums, sums: &Sums, doubled: i64, triangle: [Point; 3]) -> Self {
+        Self::with(&rows.total(sums, doubled, triangle), doubled, triangle)
+    }
+
+    /// The same, of one whose pixels add up to `total`.
+    #[inline]
+    pub(super) fn with(total: &Total, doubled: i64, triangle: [Point; 3]) -> Self {
+        Self { error: -total.explained(), shape: flatness(doubled, triangle) }
+    }
+
+    /// Error and shape in one number, `weight` squared 8-bit steps for each unit of flatness.
+    pub(super) fn total(self, weight: f64) -> f64 {
+        self.error + weight * self.shape
+    }
+
+    pub(super) fn scaled(self, by: f64) -> Self {
+        Self { error: self.error * by, shape: self.shape * by }
+    }
+
+    /// How much a change to `after` gains. Never positive when the error itself would rise.
+    pub(super) fn gain(self, after: Self, weight: f64) -> f64 {
+        if after.error > self.error {
+            self.error - after.error
+        } else {
+            self.total(weight) - after.total(weight)
+        }
+    }
+}
+
+impl std::ops::Add for Cost {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        Self { error: self.error + o.error, shape: self.shape + o.shape }
+    }
+}
+
+impl std::iter::Sum for Cost {
+    fn sum<I: Iterator<Item = Self>>(costs: I) -> Self {
+        costs.fold(Self::default(), |a, b| a + b)
+    }
+}

@@ -1,0 +1,93 @@
+//! One step: vertices are re-placed, vertices move, and edges flip.
+
+use super::Field;
+use super::descend::Descent;
+use super::errors::Errors;
+use super::flip::flip;
+use super::replace::{Worth, replace};
+use super::rest::Rest;
+use super::share::{Share, Turn};
+use super::surface::Surface;
+
+/// The three kinds of change: memory that is used again, and what they have learnt of the mesh.
+#[derive(Debug, Default)]
+pub(super) struct Stepper {
+    descent: Descent,
+    worth: Worth,
+    errors: Errors,
+    /// Where nothing is to change for now.
+    pub(super) rest: Rest,
+    edges: Vec<Vec<u32>>,
+    /// The tick of the surface's clock at which the step before ended, or the frame began.
+    since: u32,
+}
+
+/// What a step changed.
+#[derive(Debug)]
+pub(super) struct Changes {
+    /// Moves of vertices.
+    pub(super) moved: usize,
+    /// Flips of edges.
+    pub(super) flipped: usize,
+    /// The vertices that were taken from one place and put in at another.
+    pub(super) replaced: Vec<u32>,
+}
+
+impl Changes {
+    /// Whether there are any.
+    pub(super) fn is_empty(&self) -> bool {
+        self.moved + self.flipped + self.replaced.len() == 0
+    }
+}
+
+impl Stepper {
+    /// Nothing is known of a mesh of so many `vertices` yet.
+    pub(super) fn forget(&mut self, vertices: usize) {
+        self.descent.reset(vertices);
+        self.worth.start_anew();
+        self.errors.forget();
+    }
+
+    /// A new frame. `carried` says that triangles and half-edges are those of the frame before; then time
+    /// passes for the vertices of `share`.
+    pub(super) fn begin(
+        &mut self,
+        surface: &mut Surface,
+        carried: bool,
+        share: Share,
+        field: Field,
+    ) {
+        if carried {
+            self.rest.wake(surface, share, field);
+        } else {
+            self.rest.reset(surface);
+        }
+        self.worth.reset(surface.at.len());
+        self.errors.begin(surface, carried);
+        self.since = surface.clock;
+    }
+
+    /// Re-places up to `most` vertices, of a share of the mesh that is dealt out in so many `turns`, lets
+    /// those of `share` move, and turns edges.
+    pub(super) fn step(
+        &mut self,
+        surface: &mut Surface,
+        share: Share,
+        most: usize,
+        turns: u32,
+        field: Field,
+    ) -> Changes {
+        let Self { descent, worth, errors, rest, edges, since } = self;
+        surface.clock += 1;
+        let turn = worth.turn(turns);
+        if field.running || most > 0 {
+            errors.update(surface, rest, if field.running { Turn::ALL } else { turn }, field);
+        }
+        let replaced = replace(surface, worth, errors, rest, most, turn, field);
+        descent.start_anew(&replaced);
+        let moved = descent.step(surface, share, rest, errors, field);
+        let flipped = flip(surface, rest, *since, field, edges);
+        *since = surface.clock;
+        Changes { moved, flipped, replaced }
+    }
+}
