@@ -28,7 +28,7 @@ pub struct ClipMethodScores {
     pub mse: f64,
     /// FDB ([`Flicker`]), 0..510; `None` for a single frame.
     pub fdb: Option<f64>,
-    /// E_warp of the rendering ([`WarpError`]), 0..3.
+    /// E_warp of the rendering ([`WarpError`]), 0..1.
     pub warp_error: Option<f64>,
     /// Seeds of a frame in the mean.
     pub seeds: f64,
