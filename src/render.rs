@@ -188,6 +188,13 @@ impl Mesher {
             self.refiner.prepare(mesh);
             return Ok(Refined::default());
         }
+        if fresh && plan.passes() == 0 && self.options.coherence > 0.0 {
+            self.refiner.take_up(mesh, frame);
+            return Ok(Refined::default());
+        }
+        if !fresh && plan.passes() == 0 {
+            return Ok(self.refiner.tend(mesh, frame, &plan));
+        }
         Ok(match self.options.error {
             Some(target) if fresh => {
                 reach(target, &mut self.refiner, mesh, frame, &plan, &mut |_| ())?

@@ -4,6 +4,7 @@
 use polyreel::chance::{Purpose, unit};
 use polyreel::frame::Frame;
 use polyreel::geom::Size;
+use polyreel::metric::mse::mse;
 use polyreel::options::{Options, Points};
 use polyreel::render::{Rendered, Renderer};
 
@@ -151,4 +152,26 @@ fn no_flash_and_no_fade_is_reported_as_a_cut() {
     let out = (0..18).map(|t| scene(1, 0.0, 1.0 - f64::from(t) * 0.05));
     assert_eq!(cuts(out), [0; 0], "a fade to black");
     assert_eq!(cuts((1..18).map(|t| scene(1, 0.0, f64::from(t) * 0.05))), [0; 0], "a fade in");
+}
+
+/// Without a step of refinement seeds are born and die all the same: a mesh that was only carried had
+/// half as much error again as frames that are each alone, and more with every frame.
+#[test]
+fn seeds_live_without_refinement_too() {
+    let course = |coherence: f64| {
+        let options = Options { refine: Some(0), coherence, ..options() };
+        let mut renderer = Renderer::new(&options).expect("sound options");
+        let (mut error, mut born) = (0.0, 0);
+        for t in 0..40 {
+            let frame = scene(3, f64::from(t) * 4.0, 1.0);
+            let seen = renderer.render(&frame).expect("renders");
+            error += mse(&frame, &seen.painting.frame).expect("one size");
+            born += if t > 0 { seen.life.born } else { 0 };
+            assert_eq!((seen.mesh.check(), seen.refine_steps), (Ok(()), 0));
+        }
+        (error, born)
+    };
+    let (alone, _) = course(0.0);
+    let (carried, born) = course(Options::default().coherence);
+    assert!(carried < 1.2 * alone && born > 0, "{carried} of {alone}, {born} born");
 }

@@ -25,8 +25,10 @@ pub(super) fn flip(
     surface.clock += 1;
     let here = &*surface;
     let is_allowed = |surface: &Surface, h: u32| {
-        let twin = surface.twin[h as usize];
-        rest.allows_triangle(surface, h / 3) || rest.allows_triangle(surface, twin / 3)
+        let (t, other) = (h / 3, surface.twin[h as usize] / 3);
+        rest.looks_at(t)
+            && rest.looks_at(other)
+            && (rest.allows_triangle(surface, t) || rest.allows_triangle(surface, other))
     };
     found.resize_with(here.origin.len().div_ceil(PACK), Vec::new);
     found.par_iter_mut().enumerate().for_each(|(pack, found)| {

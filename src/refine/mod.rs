@@ -13,6 +13,7 @@
 //! Delaunay: where the picture asks for it a diagonal turns the other way, and a penalty on flat
 //! triangles, [`RefineOptions::regularity`], keeps the rest well-shaped.
 
+mod cell;
 mod colouring;
 mod cost;
 mod descend;
@@ -31,17 +32,20 @@ mod share;
 mod step;
 mod sums;
 mod surface;
+mod tend;
 #[cfg(test)]
 mod tests;
 
 use crate::frame::{Fill, Frame};
 use crate::mesh::Mesh;
+use cell::cell_error;
 use echo::Echo;
 use replace::turns;
 use rows::RowSums;
 use share::Share;
 use step::{Changes, Stepper};
 use surface::Surface;
+use tend::Sweep;
 
 /// How to refine a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -158,6 +162,8 @@ pub struct Refiner {
     echo: Echo,
     /// The stripe of vertices that comes next where a step is done in part.
     stripe: u32,
+    /// Where the picture is [tended](Refiner::tend) next.
+    sweep: Sweep,
 }
 
 /// Refines `mesh` against `frame`, which must have its size. See [`Refiner::refine`].
@@ -261,7 +267,7 @@ impl Refiner {
         carried: bool,
         mut watch: Option<Watch<'_>>,
     ) -> Refined {
-        let Self { rows, surface, stepper, stripe, echo: _ } = self;
+        let Self { rows, surface, stepper, stripe, .. } = self;
         let field = Field::new(rows, frame, surface.triangles(), options);
         let part = Share::new(*stripe, options.part);
         *stripe = part.next();
@@ -329,7 +335,7 @@ const LEAST_GAIN: f64 = 1.0;
 impl<'a> Field<'a> {
     fn new(rows: &'a RowSums, frame: &'a Frame, triangles: usize, options: &RefineOptions) -> Self {
         // Against the picture, not the mesh: the measure must not change as the mesh learns.
-        let cell = rows.cell_error(frame, triangles);
+        let cell = cell_error(rows, frame, triangles);
         let r = options.regularity.clamp(0.0, 1.0);
         Self {
             rows,

@@ -262,7 +262,7 @@ fn openings(
     let found: Vec<Option<Opening>> = worst
         .par_iter()
         .with_min_len(PACK / 4)
-        .map_init(Ring::default, |ring, &t| best_opening(surface, t, field, ring))
+        .map_init(Ring::default, |ring, &t| best_opening(surface, rest, t, field, ring))
         .collect();
     let mut openings: Vec<Opening> = found.into_iter().flatten().collect();
     let gain = |o: &Opening| o.worth(field.weight);
@@ -272,8 +272,18 @@ fn openings(
 
 /// A good place for one more vertex in triangle `t` or on one of its edges: the best of their centres,
 /// from where it steps down the error.
-fn best_opening(surface: &Surface, t: u32, field: Field, ring: &mut Ring) -> Option<Opening> {
-    let pairs = (3 * t..3 * t + 3).filter(|&h| surface.twin[h as usize] != NONE).map(Site::Pair);
+fn best_opening(
+    surface: &Surface,
+    rest: &Rest,
+    t: u32,
+    field: Field,
+    ring: &mut Ring,
+) -> Option<Opening> {
+    let has_other = |h: &u32| {
+        let twin = surface.twin[*h as usize];
+        twin != NONE && rest.looks_at(twin / 3)
+    };
+    let pairs = (3 * t..3 * t + 3).filter(has_other).map(Site::Pair);
     let mut best: Option<Opening> = None;
     for site in std::iter::once(Site::Triangle(t)).chain(pairs) {
         site.enclose(surface, ring);

@@ -16,6 +16,9 @@ const LONGEST_NAP: u8 = 2;
 /// Noise of two 8-bit steps in every pixel stays far below: the mean of a triangle evens it out.
 const WAKING: f64 = 0.5;
 
+/// Set in a vertex's count of calm frames where not all of its triangles are looked at in this frame.
+const OUTSIDE: u8 = 0x80;
+
 /// What is remembered from frame to frame of where the picture moves.
 #[derive(Debug, Default)]
 pub(super) struct Rest {
@@ -29,6 +32,8 @@ pub(super) struct Rest {
     live: bool,
     /// The colours in which the triangles were painted when they last woke or were changed.
     colours: Vec<[f32; 4]>,
+    /// Which triangles are looked at in this frame; empty for all.
+    here: Vec<bool>,
 }
 
 impl Rest {
@@ -42,6 +47,12 @@ impl Rest {
         self.nap.resize(surface.at.len(), 0);
         self.tired.clone_from(&self.nap);
         self.live = false;
+    }
+
+    /// All vertices come to rest, with the colours that their triangles have.
+    pub(super) fn lie_down(&mut self, surface: &Surface) {
+        self.calm.fill(CALM + 1);
+        self.settle(surface, 0);
     }
 
     /// Whether it is worth to look at what a step of vertex `v` gains.
@@ -69,7 +80,13 @@ impl Rest {
 
     /// Whether triangle `t` may change: one of its corners may.
     pub(super) fn allows_triangle(&self, surface: &Surface, t: u32) -> bool {
-        (3 * t..3 * t + 3).any(|h| self.allows(surface.from(h)))
+        let is_awake = |h: u32| self.calm[surface.from(h) as usize] & !OUTSIDE <= CALM;
+        self.looks_at(t) && (3 * t..3 * t + 3).any(is_awake)
+    }
+
+    /// Whether triangle `t` is looked at in this frame.
+    pub(super) fn looks_at(&self, t: u32) -> bool {
+        self.here.is_empty() || self.here[t as usize]
     }
 
     /// A new frame: wakes the corners of the triangles whose mean colour has changed by more than
@@ -80,18 +97,45 @@ impl Rest {
         for v in share.of(&surface.order) {
             let (nap, calm) = (&mut self.nap[v as usize], &mut self.calm[v as usize]);
             *nap = nap.saturating_sub(1);
-            *calm = calm.saturating_add(1);
+            *calm = (*calm + 1).min(CALM + 1);
         }
         for t in 0..surface.triangles() as u32 {
-            let mean = &surface.mean[t as usize];
-            let old = &mut self.colours[t as usize];
-            if mean.change_from(old) > WAKING * field.least_gain {
-                *old = mean.colour;
-                for h in 3 * t..3 * t + 3 {
-                    let v = surface.from(h) as usize;
-                    self.calm[v] = 0;
-                    surface.awake[v] = true;
-                }
+            self.wake_around(surface, t, field);
+        }
+    }
+
+    /// A new frame in which only the triangles `here` are looked at, until [`Rest::open`]: wakes as
+    /// [`Rest::wake`] does. A turn is all that a place gets when it has changed.
+    pub(super) fn wake_some(&mut self, surface: &mut Surface, here: Vec<bool>, field: Field) {
+        for (t, _) in (0..).zip(&here).filter(|(_, here)| !**here) {
+            (3 * t..3 * t + 3).for_each(|h| self.calm[surface.from(h) as usize] |= OUTSIDE);
+        }
+        for calm in self.calm.iter_mut().filter(|calm| **calm & OUTSIDE == 0) {
+            *calm = CALM + 1;
+        }
+        for (t, _) in (0..).zip(&here).filter(|(_, here)| **here) {
+            self.wake_around(surface, t, field);
+        }
+        self.here = here;
+    }
+
+    /// All triangles are looked at again.
+    pub(super) fn open(&mut self) {
+        self.here.clear();
+        self.calm.iter_mut().for_each(|calm| *calm &= !OUTSIDE);
+    }
+
+    /// Wakes the corners of triangle `t` if its colour has changed by more than noise.
+    #[inline]
+    fn wake_around(&mut self, surface: &mut Surface, t: u32, field: Field) {
+        let mean = &surface.mean[t as usize];
+        let old = &mut self.colours[t as usize];
+        if mean.change_from(old) > WAKING * field.least_gain {
+            *old = mean.colour;
+            for h in 3 * t..3 * t + 3 {
+                let v = surface.from(h) as usize;
+                self.calm[v] &= OUTSIDE;
+                surface.awake[v] = true;
             }
         }
     }

@@ -1,6 +1,8 @@
 //! Running sums along the rows of a frame, which turn the sums over an area into differences along
 //! its edges (Green's theorem on the pixel grid).
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::sums::{NARROW, Sums, Total, pack, unpack};
@@ -56,6 +58,11 @@ impl Default for RowSums {
 impl RowSums {
     /// Takes the sums of `frame`, in the memory of the last one's.
     pub(super) fn load(&mut self, frame: &Frame) {
+        self.load_rows(frame, 0..frame.size().height);
+    }
+
+    /// The same of its `rows`, and perhaps of some beside them; of others nothing may be asked.
+    pub(super) fn load_rows(&mut self, frame: &Frame, rows: Range<u32>) {
         let size = frame.size();
         self.size = size;
         self.vast = (size.width + size.height) as i32 * SUBPIXEL >= EXTENT;
@@ -71,7 +78,10 @@ impl RowSums {
         let colour = self.colour[aligned..aligned + entries].par_chunks_mut(group);
         self.alpha.clear();
         if frame.is_opaque() {
-            let squares = colour.enumerate().with_min_len(GROUPS).map(|(four, colour)| {
+            let first = rows.start as usize / TOGETHER;
+            let groups = (rows.end as usize).div_ceil(TOGETHER).saturating_sub(first);
+            let colour = colour.enumerate().skip(first).take(groups);
+            let squares = colour.with_min_len(GROUPS).map(|(four, colour)| {
                 // Below the frame the last row stands in for those that nobody asks for.
                 let row = |i: usize| frame.row((TOGETHER * four + i).min(height - 1) as u32);
                 let counted = (height - TOGETHER * four).min(TOGETHER);
@@ -153,7 +163,7 @@ impl RowSums {
 
     /// As [`RowSums::total`], for triangles of any size.
     #[cold]
-    fn wide(&self, triangle: [Point; 3]) -> Total {
+    pub(super) fn wide(&self, triangle: [Point; 3]) -> Total {
         let (mut count, mut sums, mut alpha) = (0, [0; 3], 0);
         scan::spans(triangle, 0..self.size.height, |y, columns| {
             for first in columns.clone().step_by(NARROW) {
@@ -194,27 +204,6 @@ impl RowSums {
             squares += columns.map(|x| (alpha(x + 1) - alpha(x)).pow(2)).sum::<u64>();
         });
         squares as f64
-    }
-
-    /// The mean squared error of triangles of a plain grid, when `triangles` of them share the frame:
-    /// the measure of what a triangle may be expected to have on this picture. From 256 samples.
-    pub(super) fn cell_error(&self, frame: &Frame, triangles: usize) -> f64 {
-        const ALONG: i32 = 16;
-        let far = self.size.far();
-        let area = f64::from(far.x) * f64::from(far.y) / triangles.max(1) as f64;
-        let leg = ((2.0 * area).sqrt() as i32).clamp(1, far.x.min(far.y));
-        let mut error = 0.0;
-        for j in 0..ALONG {
-            for i in 0..ALONG {
-                let place = |k: i32, far: i32| {
-                    (i64::from(far - leg) * i64::from(k) / i64::from(ALONG - 1)) as i32
-                };
-                let a = Point::new(place(i, far.x), place(j, far.y));
-                let triangle = [a, Point::new(a.x + leg, a.y), Point::new(a.x, a.y + leg)];
-                error += self.squares_of(frame, triangle) - self.wide(triangle).explained();
-            }
-        }
-        error / f64::from(ALONG * ALONG)
     }
 
     /// The weighted sum over the pixels below `samples` points, evenly spaced between `from` and `to`,

@@ -9,6 +9,10 @@ use super::rest::Rest;
 use super::share::{Share, Turn};
 use super::surface::Surface;
 
+/// Where none but wrong places are to change, a triangle whose error is so many least gains is one: as much
+/// as a triangle of a plain grid has.
+const WRONG: f64 = 50.0;
+
 /// The three kinds of change: memory that is used again, and what they have learnt of the mesh.
 #[derive(Debug, Default)]
 pub(super) struct Stepper {
@@ -65,6 +69,39 @@ impl Stepper {
         self.worth.reset(surface.at.len());
         self.errors.begin(surface, carried);
         self.since = surface.clock;
+    }
+
+    /// As [`Stepper::begin`], where only the triangles `here` are looked at in this frame.
+    pub(super) fn begin_some(
+        &mut self,
+        surface: &mut Surface,
+        carried: bool,
+        here: Vec<bool>,
+        field: Field,
+    ) {
+        if !carried {
+            self.rest.reset(surface);
+        }
+        self.rest.wake_some(surface, here, field);
+        self.worth.reset(surface.at.len());
+        self.errors.forget();
+        self.errors.begin(surface, carried);
+        self.since = surface.clock;
+    }
+
+    /// Re-places up to `most` vertices, not more than there are wrong places, and turns edges; none moves.
+    pub(super) fn tend(&mut self, surface: &mut Surface, most: usize, field: Field) -> Changes {
+        let Self { descent, worth, errors, rest, edges, since } = self;
+        surface.clock += 1;
+        errors.update(surface, rest, Turn::ALL, field);
+        let is_wrong =
+            |&t: &u32| rest.allows_triangle(surface, t) && errors.of(t) > WRONG * field.least_gain;
+        let wrong = (0..surface.triangles() as u32).filter(is_wrong).count();
+        let most = most.min(wrong);
+        let replaced = replace(surface, worth, errors, rest, most, Turn::ALL, field);
+        descent.start_anew(&replaced);
+        let flipped = flip(surface, rest, *since, field, edges);
+        Changes { moved: 0, flipped, replaced }
     }
 
     /// Re-places up to `most` vertices, of a share of the mesh that is dealt out in so many `turns`, lets

@@ -227,6 +227,28 @@ impl Surface {
         });
     }
 
+    /// The same of those triangles that are `here`; the others keep what they had.
+    pub(super) fn measure_some(&mut self, rows: &RowSums, here: &[bool]) {
+        self.sums.resize(self.origin.len(), Sums::default());
+        self.cost.resize(here.len(), Cost::default());
+        self.mean.resize(here.len(), Mean::default());
+        let triangles = || (0..).zip(here).filter(|(_, here)| **here).map(|(t, _)| t);
+        for h in triangles().flat_map(|t| 3 * t..3 * t + 3) {
+            let twin = self.twin[h as usize];
+            // The lower number of the two does the work, or the only one; NONE is the highest.
+            if h < twin || !here[twin as usize / 3] {
+                self.set_sums(h, rows.edge(self.place(h), self.place(next(h))));
+            }
+        }
+        for t in triangles() {
+            let triangle = self.corners(t);
+            let [a, b, c] = triangle;
+            let total = self.total(rows, t);
+            self.cost[t as usize] = Cost::with(&total, orient(a, b, c), triangle);
+            self.mean[t as usize] = Mean::of(&total);
+        }
+    }
+
     /// Number of triangles.
     pub(super) fn triangles(&self) -> usize {
         self.origin.len() / 3

@@ -4,6 +4,7 @@ mod places;
 mod same;
 mod slope;
 mod steps;
+mod tend;
 mod video;
 
 use super::*;

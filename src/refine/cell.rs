@@ -1,0 +1,46 @@
+//! What error a triangle may be expected to have on a picture.
+
+use super::rows::RowSums;
+use super::sums::Total;
+use crate::frame::Frame;
+use crate::geom::Point;
+use crate::scan;
+
+/// The mean squared error of triangles of a plain grid, when `triangles` of them share `frame`. From 256
+/// samples. Where the frame is not opaque, `rows` has all of its sums.
+pub(super) fn cell_error(rows: &RowSums, frame: &Frame, triangles: usize) -> f64 {
+    const ALONG: i32 = 16;
+    let far = frame.size().far();
+    let area = f64::from(far.x) * f64::from(far.y) / triangles.max(1) as f64;
+    let leg = ((2.0 * area).sqrt() as i32).clamp(1, far.x.min(far.y));
+    let mut error = 0.0;
+    for j in 0..ALONG {
+        for i in 0..ALONG {
+            let place = |k: i32, far: i32| {
+                (i64::from(far - leg) * i64::from(k) / i64::from(ALONG - 1)) as i32
+            };
+            let a = Point::new(place(i, far.x), place(j, far.y));
+            let triangle = [a, Point::new(a.x + leg, a.y), Point::new(a.x, a.y + leg)];
+            error += match frame.is_opaque() {
+                // From the pixels: not all rows may have been summed.
+                true => opaque_error_of(frame, triangle),
+                false => rows.squares_of(frame, triangle) - rows.wide(triangle).explained(),
+            };
+        }
+    }
+    error / f64::from(ALONG * ALONG)
+}
+
+/// The squared error of a triangle in its mean colour.
+fn opaque_error_of(frame: &Frame, triangle: [Point; 3]) -> f64 {
+    let (mut count, mut sums, mut squares) = (0, [0i64; 3], 0i64);
+    scan::spans(triangle, 0..frame.size().height, |y, columns| {
+        count += columns.len() as i64;
+        for &[r, g, b, _] in &frame.row(y)[columns] {
+            let pixel = [r, g, b].map(i64::from);
+            squares += pixel.iter().map(|v| v * v).sum::<i64>();
+            sums = [0, 1, 2].map(|i| sums[i] + pixel[i]);
+        }
+    });
+    squares as f64 - Total::new(count, sums, 0).explained()
+}

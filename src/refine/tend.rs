@@ -1,0 +1,128 @@
+//! Births and deaths where no step is asked for.
+
+use super::Field;
+use super::step::Changes;
+use super::surface::Surface;
+use super::{RefineOptions, Refined, Refiner};
+use crate::frame::Frame;
+use crate::geom::{SUBPIXEL, Size};
+use crate::mesh::Mesh;
+
+/// The height of the strip of the picture that is looked at, as a share of the picture's.
+const STRIP: f64 = 1.0 / 8.0;
+
+/// How much of the picture is looked at for every frame in any case; where it is less than a strip,
+/// frames pass until it is one. To it comes the square of the share of the vertices that have moved, for
+/// what has moved has gone wrong, and a picture that moves as a whole the more so: calm clips pay little.
+const EFFORT: f64 = 1.0 / 64.0;
+
+/// The most of the picture that is looked at in a frame.
+const MOST: f64 = 1.0 / 4.0;
+
+/// The share of the vertices that may be re-placed in a strip.
+const REPLACED: f64 = 0.02;
+
+/// Which part of the picture is looked at next.
+#[derive(Debug, Default)]
+pub(super) struct Sweep {
+    /// How much of the picture is due.
+    due: f64,
+    /// Where the next strip begins, as a share of the height.
+    top: f64,
+}
+
+impl Sweep {
+    /// The next strip, if one is due when a share `moved` of the vertices has moved since the frame before.
+    fn next(&mut self, moved: f64) -> Option<(f64, f64)> {
+        self.due += EFFORT + moved * moved;
+        if self.due < STRIP {
+            return None;
+        }
+        let (top, bottom) = (self.top, (self.top + self.due.min(MOST)).min(1.0));
+        *self = Self { due: 0.0, top: if bottom < 1.0 { bottom } else { 0.0 } };
+        Some((top, bottom))
+    }
+}
+
+impl Refiner {
+    /// Takes up a fresh `mesh` of `frame` that is not to be refined, for [`Refiner::tend`].
+    pub fn take_up(&mut self, mesh: &Mesh, frame: &Frame) {
+        self.prepare(mesh);
+        if mesh.size == frame.size() {
+            self.rows.load(frame);
+            self.surface.measure(&self.rows);
+            self.stepper.rest.lie_down(&self.surface);
+        }
+    }
+
+    /// Keeps `mesh`, which comes from the frame before, fit for `frame` where there is no time for
+    /// [steps](Refiner::resume), or none are wanted: in a strip of the picture, which sweeps over it from
+    /// frame to frame, vertices that matter least are re-placed where the picture has changed and the
+    /// error is large, and edges flip beside them. All others stay where they are. Of `options`, regularity
+    /// and threshold count.
+    pub fn tend(&mut self, mesh: &mut Mesh, frame: &Frame, options: &RefineOptions) -> Refined {
+        self.echo.forget();
+        if mesh.size != frame.size() {
+            return Refined::default();
+        }
+        let Self { rows, surface, stepper, sweep, .. } = self;
+        let strip = sweep.next(moved(surface, mesh));
+        let Some(strip) = strip else {
+            if surface.at.len() == mesh.vertices.len() {
+                surface.at.clone_from(&mesh.vertices);
+            }
+            return Refined::default();
+        };
+        rayon::scope(|_| {
+            let carried = mesh.size == surface.size && surface.relink(mesh);
+            if !carried {
+                surface.link(mesh);
+                stepper.forget(surface.at.len());
+            }
+            let here = overlapping(surface, strip);
+            rows.load_rows(frame, rows_of(surface, &here));
+            surface.measure_some(rows, &here);
+            let still = RefineOptions { running: false, ..*options };
+            let field = Field::new(rows, frame, surface.triangles(), &still);
+            stepper.begin_some(surface, carried, here, field);
+            let begin = surface.clock;
+            let most = (REPLACED * surface.at.len() as f64).ceil() as usize;
+            let changes = stepper.tend(surface, most, field);
+            stepper.rest.settle(surface, begin);
+            stepper.rest.open();
+            if !changes.is_empty() {
+                surface.store(mesh);
+            }
+            let Changes { flipped, mut replaced, .. } = changes;
+            replaced.sort_unstable();
+            Refined { flipped, replaced, ..Refined::default() }
+        })
+    }
+}
+
+/// The share of the vertices of `mesh` that are not where `surface` has them.
+fn moved(surface: &Surface, mesh: &Mesh) -> f64 {
+    let moved = surface.at.iter().zip(&mesh.vertices).filter(|(then, now)| then != now).count();
+    moved as f64 / mesh.vertices.len().max(1) as f64
+}
+
+/// Which triangles overlap the strip from `top` to `bottom`.
+fn overlapping(surface: &Surface, (top, bottom): (f64, f64)) -> Vec<bool> {
+    let far = f64::from(surface.size.far().y);
+    let (top, bottom) = ((top * far) as i32, (bottom * far) as i32);
+    let overlaps = |t: u32| {
+        let [a, b, c] = surface.corners(t).map(|p| p.y);
+        a.min(b).min(c) <= bottom && a.max(b).max(c) >= top
+    };
+    (0..surface.triangles() as u32).map(overlaps).collect()
+}
+
+/// The rows that the triangles `here` lie in.
+fn rows_of(surface: &Surface, here: &[bool]) -> std::ops::Range<u32> {
+    let Size { height, .. } = surface.size;
+    let triangles = (0..).zip(here).filter(|(_, here)| **here).map(|(t, _)| surface.corners(t));
+    let (top, bottom) =
+        triangles.flatten().fold((i32::MAX, 0), |(top, bottom), p| (top.min(p.y), bottom.max(p.y)));
+    // The row that the lowest corner lies in is read too, where slopes are.
+    (top / SUBPIXEL) as u32..((bottom / SUBPIXEL) as u32 + 1).min(height)
+}
