@@ -227,6 +227,7 @@ impl Refiner {
     fn begin(&mut self) {
         self.stepper.forget(self.surface.at.len());
         self.stripe = 0;
+        self.sweep = Sweep::default();
     }
 
     /// Refines `mesh` as it came out of the frame before, its vertices perhaps carried along with the
