@@ -48,7 +48,8 @@ pub struct VideoSpec {
     /// Expected length in seconds, to know a run that was stopped early.
     pub duration: Option<Rational>,
     /// Colour tags of a source that was video, to be kept; untold ones stay untold, and the size
-    /// decides what they mean ([`Coding::of`]). `None` for sources that were RGB: tagged BT.709.
+    /// decides what they mean ([`Coding::of`](crate::colour::Coding::of)). `None` for sources that were
+    /// RGB: tagged BT.709.
     pub colour: Option<Colorimetry>,
     /// Sound to be put in.
     pub sound: Option<Sound>,
