@@ -52,7 +52,7 @@ fn bench(c: &mut Criterion) {
             let mut turn = 0;
             b.iter(|| {
                 turn = 1 - turn;
-                refiner.resume(&mut mesh, &frames[turn], &live)
+                refiner.resume(&mut mesh, &frames[turn], &live, None)
             });
         });
     }

@@ -28,14 +28,14 @@
 //! ```
 //!
 //! Layers, lowest first; a module uses only what stands above it: [`geom`], [`stage`], [`error`],
-//! [`frame`], [`chance`]; [`options`], [`mesh`], [`hex`], [`scan`], [`draw`], [`colour`], [`plane`],
-//! [`flow`],
-//! [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`], [`governor`]; [`metric`], [`render`], [`source`],
+//! [`frame`], [`chance`]; [`options`], [`mesh`], [`hex`], [`echo`], [`scan`], [`draw`], [`colour`],
+//! [`plane`], [`flow`], [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`], [`governor`]; [`metric`], [`render`], [`source`],
 //! [`sink`], [`evaluate`]; [`pipeline`].
 
 pub mod chance;
 pub mod colour;
 pub mod draw;
+pub mod echo;
 pub mod error;
 pub mod evaluate;
 pub mod feature;

@@ -2,12 +2,13 @@
 
 mod reach;
 
+use crate::echo::{Call, Echo};
 use crate::error::Result;
 use crate::feature::{Extractor, Features};
 use crate::frame::Frame;
 use crate::mesh::Mesh;
 use crate::options::{Detail, Options, Points};
-use crate::rasterise::{Painter, Painting};
+use crate::rasterise::{Brief, Painter, Painting};
 use crate::refine::{RefineOptions, Refined, Refiner};
 use crate::sample::{Life, Sampler, Start};
 use crate::triangulate::triangulate;
@@ -51,6 +52,8 @@ pub struct Renderer {
     extractor: Extractor,
     mesher: Mesher,
     painter: Painter,
+    /// Of the last frame, where there was a call for it.
+    echo: Option<Echo>,
 }
 
 impl Renderer {
@@ -64,6 +67,7 @@ impl Renderer {
             extractor: Extractor::new(options),
             mesher: Mesher::new(options),
             painter: Painter::new(options),
+            echo: None,
         })
     }
 
@@ -97,10 +101,13 @@ impl Renderer {
         let features = self.extractor.extract(frame, detail.look);
         let (mut mesh, fresh) =
             triangulate_start(frame, self.mesher.sample(&features, frame, detail)?)?;
-        let refined = self.mesher.refine(&mut mesh, frame, fresh, detail)?;
+        let refined = self.mesher.refine(&mut mesh, frame, fresh, detail, self.echo.take())?;
         let life = self.mesher.remember(&mesh, fresh, &refined);
-        let painting = self.painter.paint(&mesh, frame, fresh, detail.rows, refined.fills);
         let (refine_steps, likeness) = (refined.steps, refined.likeness);
+        let call = self.mesher.call(&refined);
+        let brief = Brief { fresh, rows: detail.rows, known: refined.fills, call };
+        let (painting, echo) = self.painter.paint(&mesh, frame, brief);
+        self.echo = echo;
         let candidates = features.candidates.len();
         Ok(Rendered { painting, mesh, life, refine_steps, likeness, candidates })
     }
@@ -168,8 +175,8 @@ impl Mesher {
         RefineOptions::plan(&self.options, fresh)
     }
 
-    /// Level three: refines `mesh`, anew when it is `fresh`, else as the mesh of the frame before, at
-    /// the cost of `detail`.
+    /// Level three: refines `mesh`, anew when it is `fresh`, else as the mesh of the frame before, with
+    /// its `echo`, at the cost of `detail`.
     ///
     /// # Errors
     /// When [`Options::error`] cannot be measured on a frame of this size.
@@ -179,10 +186,17 @@ impl Mesher {
         frame: &Frame,
         fresh: bool,
         detail: &Detail,
+        echo: Option<Echo>,
     ) -> Result<Refined> {
         let full = self.plan(fresh);
         let plan = full.at(detail);
         self.begun = true;
+        if !fresh && plan.passes() > 0 {
+            return Ok(self.refiner.resume(mesh, frame, &plan, echo));
+        }
+        if let Some(echo) = echo {
+            self.refiner.pass_over(echo);
+        }
         if fresh && plan.passes() == 0 && full.passes() > 0 {
             // There is no time for it now: what the next frame needs for it is done.
             self.refiner.prepare(mesh);
@@ -192,16 +206,19 @@ impl Mesher {
             self.refiner.take_up(mesh, frame);
             return Ok(Refined::default());
         }
-        if !fresh && plan.passes() == 0 {
+        if !fresh {
             return Ok(self.refiner.tend(mesh, frame, &plan));
         }
-        Ok(match self.options.error {
-            Some(target) if fresh => {
-                reach(target, &mut self.refiner, mesh, frame, &plan, &mut |_| ())?
-            }
-            _ if fresh => self.refiner.refine(mesh, frame, &plan),
-            _ => self.refiner.resume(mesh, frame, &plan),
-        })
+        match self.options.error {
+            Some(target) => reach(target, &mut self.refiner, mesh, frame, &plan, &mut |_| ()),
+            None => Ok(self.refiner.refine(mesh, frame, &plan)),
+        }
+    }
+
+    /// Whether whoever paints the frame that was `refined` is to tell its echo, for the next one.
+    pub fn call(&mut self, refined: &Refined) -> Option<Call> {
+        // Where the means are known the frame is opaque, and the next one is likely to take steps too.
+        if refined.fills.is_empty() { None } else { self.refiner.call(self.options.coherence) }
     }
 
     /// As [`Mesher::refine`] does with a fresh `mesh`, and shows `seen` its squared error, as in

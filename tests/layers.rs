@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Modules of the library, lowest layer first.
-const ORDER: [&str; 27] = [
+const ORDER: [&str; 28] = [
     "geom",
     "stage",
     "error",
@@ -16,6 +16,7 @@ const ORDER: [&str; 27] = [
     "options",
     "mesh",
     "hex",
+    "echo",
     "scan",
     "draw",
     "colour",

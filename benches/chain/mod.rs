@@ -1,9 +1,10 @@
 //! The chain on one thread, as [`polyreel::render::Renderer`] has it, to be looked at between its stages.
 
+use polyreel::echo::Echo;
 use polyreel::feature::Extractor;
 use polyreel::frame::Frame;
 use polyreel::options::{Detail, Options};
-use polyreel::rasterise::Painter;
+use polyreel::rasterise::{Brief, Painter};
 use polyreel::render::{Mesher, triangulate_start};
 use polyreel::sink::Picture;
 use polyreel::stage::Stage;
@@ -18,6 +19,7 @@ pub(crate) struct Chain {
     extractor: Extractor,
     mesher: Mesher,
     painter: Painter,
+    echo: Option<Echo>,
 }
 
 impl Chain {
@@ -26,6 +28,7 @@ impl Chain {
             extractor: Extractor::new(options),
             mesher: Mesher::new(options),
             painter: Painter::new(options),
+            echo: None,
         }
     }
 
@@ -44,10 +47,14 @@ impl Chain {
         done(Stage::Sample);
         let (mut mesh, fresh) = triangulate_start(frame, start).expect("a mesh");
         done(Stage::Triangulate);
-        let refined = self.mesher.refine(&mut mesh, frame, fresh, &detail).expect("refines");
+        let echo = self.echo.take();
+        let refined = self.mesher.refine(&mut mesh, frame, fresh, &detail, echo).expect("refines");
         self.mesher.remember(&mesh, fresh, &refined);
+        let call = self.mesher.call(&refined);
         done(Stage::Refine);
-        let painting = self.painter.paint(&mesh, frame, fresh, detail.rows, refined.fills);
+        let brief = Brief { fresh, rows: detail.rows, known: refined.fills, call };
+        let (painting, echo) = self.painter.paint(&mesh, frame, brief);
+        self.echo = echo;
         drop((features, mesh));
         done(Stage::Rasterise);
         let span = polyreel::frame::Span { start: polyreel::frame::Rational::ZERO, length: None };

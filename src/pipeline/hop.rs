@@ -6,9 +6,10 @@
 use std::sync::Arc;
 
 use crate::feature::Features;
-use crate::frame::{Fill, Frame, Span};
+use crate::frame::{Frame, Span};
 use crate::mesh::Mesh;
 use crate::options::{Detail, Options};
+use crate::rasterise::Brief;
 use crate::sink::{Origin, Picture};
 
 use super::report::FrameReport;
@@ -70,10 +71,8 @@ pub(super) struct Meshed {
     pub(super) ticket: Ticket,
     pub(super) frame: Frame,
     pub(super) mesh: Mesh,
-    /// The triangles' mean colours, where refinement knows them.
-    pub(super) fills: Vec<Fill>,
-    /// Whether the mesh has nothing to do with that of the frame before.
-    pub(super) fresh: bool,
+    /// How it is to be painted.
+    pub(super) brief: Brief,
 }
 
 /// rasterise -> encode.

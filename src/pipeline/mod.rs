@@ -8,7 +8,8 @@
 //! Every arrow is a channel with room for one frame, one producer and one consumer: frames stay in
 //! order, and at most [`IN_FLIGHT`] of them exist at a time, however long the input is. Sampling and
 //! triangulation share a thread, because the seeds that a frame ends with are those that the next one
-//! starts from. rayon works inside a frame; nothing waits for a channel inside a rayon worker.
+//! starts from; one thing goes back, the [echo](crate::echo) that the next frame's refinement waits for, and
+//! memory to be filled again. rayon works inside a frame; nothing waits for a channel inside a rayon worker.
 //!
 //! The pictures are those of [`crate::render::Renderer`], byte for byte.
 
@@ -31,11 +32,12 @@ use std::time::Instant;
 
 use crossbeam_channel::{Receiver, Sender, bounded};
 
+use crate::echo::Echo;
 use crate::error::{Error, Result};
 use crate::feature::Extractor;
 use crate::frame::{Frame, Rgba};
 use crate::options::Options;
-use crate::rasterise::Painter;
+use crate::rasterise::{Brief, Painter};
 use crate::render::{Mesher, triangulate_start};
 use crate::sink::{Origin, Picture, Sink};
 use crate::source::Source;
@@ -221,13 +223,15 @@ fn spawn_chain<'s, 'e>(
     let (mesh, meshed) = bounded(ROOM);
     let station = Station::new(Stage::Sample, mesh);
     let mut mesher = Mesher::new(&options);
+    let (tell, told) = bounded(1);
+    let mut echoes = Echoes { told, called: false };
     let mut tuned = options.clone();
     let mesh_thread = spawn(scope, "mesh", move || {
         station.run(extracted, |clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 mesher.retune(options);
             }
-            build_mesh(&mut mesher, hop, clock, pilot, meshing)
+            build_mesh(&mut mesher, hop, clock, pilot, meshing, &mut echoes)
         });
     })?;
     let (paint, painted) = bounded(ROOM);
@@ -242,7 +246,7 @@ fn spawn_chain<'s, 'e>(
             if let Ok(canvas) = canvases.try_recv() {
                 painter.reuse(canvas);
             }
-            let mut painted = fill(&mut painter, hop, clock, pilot, painting)?;
+            let mut painted = fill(&mut painter, hop, clock, pilot, painting, &tell)?;
             if let Some(spent) = &spent
                 && let Some(origin) = painted.origin.take()
             {
@@ -282,6 +286,7 @@ fn build_mesh(
     clock: &mut Clock,
     pilot: &Pilot,
     pool: &Pool,
+    echoes: &mut Echoes,
 ) -> Result<Meshed> {
     let Featured { mut ticket, frame, features } = hop;
     let pilot = pilot.in_charge(ticket.rehearsal);
@@ -292,8 +297,9 @@ fn build_mesh(
         .work(|| clock.time(Stage::Sample, report, || mesher.sample(&features, &frame, detail)))?;
     let (mut mesh, fresh) =
         pool.work(|| clock.time(Stage::Triangulate, report, || triangulate_start(&frame, start)))?;
+    let echo = echoes.last();
     let refined = pool.work(|| {
-        clock.time(Stage::Refine, report, || mesher.refine(&mut mesh, &frame, fresh, detail))
+        clock.time(Stage::Refine, report, || mesher.refine(&mut mesh, &frame, fresh, detail, echo))
     })?;
     let life = mesher.remember(&mesh, fresh, &refined);
     report.seeds = mesh.seeds().len();
@@ -310,7 +316,25 @@ fn build_mesh(
         .zip(refined.likeness)
         .is_some_and(|(target, likeness)| likeness < target.value());
     pilot.after_mesh(&ticket, fresh);
-    Ok(Meshed { ticket, frame, mesh, fills: refined.fills, fresh })
+    let call = mesher.call(&refined);
+    echoes.called = call.is_some();
+    let brief = Brief { fresh, rows: ticket.orders.detail.rows, known: refined.fills, call };
+    Ok(Meshed { ticket, frame, mesh, brief })
+}
+
+/// What comes back from those frames for which there was a call.
+struct Echoes {
+    told: Receiver<Echo>,
+    /// Whether there was one for the last frame.
+    called: bool,
+}
+
+impl Echoes {
+    /// The last frame's, once it is painted.
+    fn last(&mut self) -> Option<Echo> {
+        // When the painting has ended nobody will see this frame either.
+        std::mem::take(&mut self.called).then(|| self.told.recv().ok()).flatten()
+    }
 }
 
 /// Mean colours, and the picture.
@@ -320,17 +344,21 @@ fn fill(
     clock: &mut Clock,
     pilot: &Pilot,
     pool: &Pool,
+    tell: &Sender<Echo>,
 ) -> Result<Painted> {
-    let Meshed { mut ticket, frame, mesh, fills, fresh } = hop;
+    let Meshed { mut ticket, frame, mesh, mut brief } = hop;
     let pilot = pilot.in_charge(ticket.rehearsal);
     pilot.before_painting(&mut ticket);
     let Ticket { orders, span, rehearsal, mut report, .. } = ticket;
-    let rows = orders.detail.rows;
-    let painting = pool.work(|| {
-        clock.time(Stage::Rasterise, &mut report, || {
-            Ok(painter.paint(&mesh, &frame, fresh, rows, fills))
-        })
+    // Which may have been told to take fewer since.
+    brief.rows = orders.detail.rows;
+    let (painting, echo) = pool.work(|| {
+        clock.time(Stage::Rasterise, &mut report, || Ok(painter.paint(&mesh, &frame, brief)))
     })?;
+    if let Some(echo) = echo {
+        // Nobody listens any more where the run has ended.
+        let _ = tell.send(echo);
+    }
     pilot.after_painting(&report);
     let picture = Picture { frame: painting.frame, fills: painting.fills, span };
     Ok(Painted { rehearsal, report, picture, origin: Some(Origin { frame, mesh }) })

@@ -1,5 +1,6 @@
 //! Mean colours of the triangles, and the picture that they make.
 
+mod canvas;
 pub mod memory;
 mod sparse;
 mod style;
@@ -7,12 +8,14 @@ mod tally;
 
 use rayon::prelude::*;
 
+use crate::echo::{Call, Echo};
 use crate::frame::{Fill, Frame, Rgba};
 use crate::geom::Point;
 use crate::mesh::Mesh;
 use crate::options::Options;
-use crate::scan::runs::{BAND, Bands};
+use crate::scan::runs::Bands;
 use crate::vector::widest;
+use canvas::Canvas;
 use memory::Memory;
 use sparse::sparse_means;
 use style::Style;
@@ -26,6 +29,19 @@ pub struct Painting {
     /// The colours that it holds, with their areas in pixels: one a triangle, in the triangles' order
     /// (areas before outlines are drawn over them), then the outline's.
     pub fills: Vec<Fill>,
+}
+
+/// How a frame is to be painted.
+#[derive(Clone, Debug, Default)]
+pub struct Brief {
+    /// Whether its mesh has nothing to do with the last one.
+    pub fresh: bool,
+    /// Mean colours are taken from every so many rows, where a triangle has enough of them; 1 or more.
+    pub rows: u32,
+    /// The means as [`Refined::fills`](crate::refine::Refined::fills) has them, or empty.
+    pub known: Vec<Fill>,
+    /// Asks for an echo. There is none of frames that are not opaque.
+    pub call: Option<Call>,
 }
 
 /// Triangles whose means are taken as one piece of work.
@@ -66,31 +82,29 @@ impl Painter {
         self.coherence = options.coherence;
     }
 
-    /// Paints the next frame, see [`rasterise`]. `fresh` says that its mesh has nothing to do with the
-    /// last one; mean colours are taken from every `rows`-th row, where a triangle has enough of them.
-    /// `known` are the means as [`Refined::fills`](crate::refine::Refined::fills) has them, or empty.
-    pub fn paint(
-        &mut self,
-        mesh: &Mesh,
-        frame: &Frame,
-        fresh: bool,
-        rows: u32,
-        known: Vec<Fill>,
-    ) -> Painting {
-        let mut fills = if known.len() == mesh.triangles.len() {
-            seen_below(mesh, frame, known)
-        } else if rows > 1 {
-            sparse_means(mesh, frame, rows)
+    /// Paints the next frame, see [`rasterise`]; and what the picture, before its colours are graded and
+    /// outlines drawn, is off the frame, where the `brief` asks for it.
+    pub fn paint(&mut self, mesh: &Mesh, frame: &Frame, brief: Brief) -> (Painting, Option<Echo>) {
+        let mut fills = if brief.known.len() == mesh.triangles.len() {
+            seen_below(mesh, frame, brief.known)
+        } else if brief.rows > 1 {
+            sparse_means(mesh, frame, brief.rows)
         } else {
             means(mesh, frame)
         };
-        if fresh {
+        if brief.fresh {
             self.memory.forget();
         }
         if self.coherence > 0.0 {
             self.memory.steady(mesh, &mut fills, self.coherence);
         }
-        paint(mesh, fills, &self.style, std::mem::take(&mut self.spent), &mut self.bands)
+        let mut canvas = Canvas {
+            pixels: std::mem::take(&mut self.spent),
+            bands: &mut self.bands,
+            asked: brief.call.filter(|_| frame.is_opaque()).map(|call| (call, frame)),
+        };
+        let painting = canvas.paint(mesh, fills, &self.style);
+        (painting, canvas.asked.map(|(call, _)| call.answered(mesh.size)))
     }
 }
 
@@ -100,26 +114,8 @@ impl Painter {
 /// A transparent pixel weighs nothing in the mean; the triangle's alpha is the mean alpha. Mesh and
 /// frame must have one size.
 pub fn rasterise(mesh: &Mesh, frame: &Frame, outline: Option<Rgba>) -> Painting {
-    paint(mesh, means(mesh, frame), &Style::plain(outline), Vec::new(), &mut Bands::default())
-}
-
-/// The picture, in the memory of `pixels` and `bands`.
-fn paint(
-    mesh: &Mesh,
-    mut fills: Vec<Fill>,
-    style: &Style,
-    mut pixels: Vec<Rgba>,
-    bands: &mut Bands,
-) -> Painting {
-    pixels.resize(mesh.size.pixels(), [0; 4]);
-    let lined = style.outline.is_some();
-    let colours = if lined { fills.iter().map(|f| f.colour).collect() } else { Vec::new() };
-    style.grade(&mut fills);
-    fill(mesh, &fills, &mut pixels, bands);
-    fills.extend(style.draw(&mut pixels, mesh, &colours));
-    let opaque = fills.iter().all(|fill| fill.colour[3] == 255);
-    let frame = Frame::known(mesh.size, pixels, opaque).expect("as many pixels as the mesh covers");
-    Painting { frame, fills }
+    let mut canvas = Canvas { pixels: Vec::new(), bands: &mut Bands::default(), asked: None };
+    canvas.paint(mesh, means(mesh, frame), &Style::plain(outline))
 }
 
 /// The mean colour and the area of each triangle. One that covers no pixel's centre has the colour of
@@ -174,16 +170,6 @@ fn below_centroid(frame: &Frame, [a, b, c]: [Point; 3]) -> Rgba {
     let centroid = Point::new((a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3);
     let (x, y) = centroid.pixel(frame.size());
     frame.at(x, y)
-}
-
-/// Paints the triangles of `mesh` in the colours of `fills` on `pixels`, which are of its size. What has
-/// alpha 0 becomes transparent black. `bands` is memory to work in.
-fn fill(mesh: &Mesh, fills: &[Fill], pixels: &mut [Rgba], bands: &mut Bands) {
-    let width = mesh.size.width as usize;
-    let painted = fills.iter().enumerate().map(|(t, fill)| (mesh.triangle(t), fill.colour));
-    bands.sort(mesh.size.height, painted);
-    let parts = pixels.par_chunks_mut(width * BAND as usize).enumerate();
-    parts.for_each(|(band, pixels)| bands.fill(band, width, pixels));
 }
 
 #[cfg(test)]

@@ -34,9 +34,14 @@ impl Style {
         }
     }
 
+    /// Whether the colours are changed at all.
+    pub(super) fn is_graded(&self) -> bool {
+        self.saturation != 1.0 || self.wash != 0.0
+    }
+
     /// Changes the colours as asked for.
     pub(super) fn grade(&self, fills: &mut [Fill]) {
-        if self.saturation == 1.0 && self.wash == 0.0 {
+        if !self.is_graded() {
             return;
         }
         for Fill { colour, .. } in fills {

@@ -17,7 +17,6 @@ mod cell;
 mod colouring;
 mod cost;
 mod descend;
-mod echo;
 mod errors;
 mod flip;
 mod force;
@@ -36,10 +35,10 @@ mod tend;
 #[cfg(test)]
 mod tests;
 
-use crate::frame::{Fill, Frame};
+use crate::echo::{Call, Echo};
+use crate::frame::{Fill, Frame, Rgba};
 use crate::mesh::Mesh;
 use cell::cell_error;
-use echo::Echo;
 use replace::turns;
 use rows::RowSums;
 use share::Share;
@@ -70,9 +69,6 @@ pub struct RefineOptions {
     /// looks at the whole mesh for vertices to re-place, not at a share in turn, and instead passes by
     /// vertices around which there is hardly any error. On a still, more steps gain more in the same time.
     pub running: bool,
-    /// How much it counts, on a mesh that comes from the frame before, that the picture should change as
-    /// its source does, 0 (not at all) to below 1: see [`Refiner::resume`].
-    pub echo: f64,
 }
 
 /// The default of [`RefineOptions::regularity`]: about 0.3 % of the triangles have an angle below 5
@@ -90,7 +86,6 @@ impl RefineOptions {
             threshold: 0.01,
             closely: false,
             running: false,
-            echo: 0.0,
         }
     }
 
@@ -123,7 +118,7 @@ pub struct Refined {
     /// Squared error before: the sum over pixels and channels of (picture - mesh)^2, 0..255 each,
     /// colours premultiplied by alpha, and alpha itself where the frame is not opaque.
     pub error_before: f64,
-    /// The same afterwards; never more. With [`RefineOptions::echo`] both are against what was asked for.
+    /// The same afterwards; never more. With an echo both are against what was asked for.
     pub error_after: f64,
     /// Moves of vertices, summed over the steps.
     pub moved: usize,
@@ -132,9 +127,8 @@ pub struct Refined {
     /// The vertices that were taken from one place and put in at another, ascending.
     pub replaced: Vec<u32>,
     /// The mean colour and the area of each triangle, in the mesh's order, as
-    /// [`crate::rasterise::means`] finds them, save the colours of those without a pixel; with
-    /// [`RefineOptions::echo`] nearly so, a share of what they were off in the frame before. Empty
-    /// where they are not known: of frames that are not opaque, and where no step was asked for.
+    /// [`crate::rasterise::means`] finds them, save the colours of those without a pixel; with an echo
+    /// nearly so, a share of what they were off in the frame before. Empty where they are not known: of frames that are not opaque, and where no step was asked for.
     pub fills: Vec<Fill>,
     /// The likeness that was measured last, where [`crate::options::Options::error`] asked for one.
     pub likeness: Option<f64>,
@@ -159,7 +153,8 @@ pub struct Refiner {
     rows: RowSums,
     surface: Surface,
     stepper: Stepper,
-    echo: Echo,
+    /// Pixels that nobody needs any more.
+    spent: Vec<Rgba>,
     /// The stripe of vertices that comes next where a step is done in part.
     stripe: u32,
     /// Where the picture is [tended](Refiner::tend) next.
@@ -197,11 +192,9 @@ impl Refiner {
         options: &RefineOptions,
         watch: Option<Watch<'_>>,
     ) -> Refined {
-        self.echo.forget();
         if mesh.size != frame.size() || options.passes() == 0 {
             return Refined::default();
         }
-        self.echo.hear(frame, options.echo);
         rayon::scope(|_| {
             self.rows.load(frame);
             self.surface.link(mesh);
@@ -214,7 +207,6 @@ impl Refiner {
     /// Takes up a new `mesh` that is not to be refined before the next frame, for which
     /// [`Refiner::resume`] then has less to do.
     pub fn prepare(&mut self, mesh: &Mesh) {
-        self.echo.forget();
         self.surface.link(mesh);
         self.surface.stored.clone_from(&mesh.triangles);
         // All triangles count as changed in the next frame.
@@ -235,12 +227,18 @@ impl Refiner {
     /// step; those around which the picture has not changed for some frames stay, so that a picture
     /// that stands still settles for good, and noise does not move the mesh.
     ///
-    /// With [`RefineOptions::echo`] above 0 what is lowered is the squared error plus squared flicker,
-    /// |change of the mesh's picture - change of the source|^2, echo / (1 - echo) times: where the source
-    /// stands still a change must gain more, and where it moves edges follow it rather than jump.
+    /// With an `echo` of the frame before, what is lowered is the squared error plus squared flicker,
+    /// |change of the mesh's picture - change of the source|^2, m / (1 - m) times, m the echo's share: where
+    /// the source stands still a change must gain more, and where it moves edges follow it rather than jump.
     ///
     /// A mesh with other numbers of vertices or triangles is refined as by [`Refiner::refine`].
-    pub fn resume(&mut self, mesh: &mut Mesh, frame: &Frame, options: &RefineOptions) -> Refined {
+    pub fn resume(
+        &mut self,
+        mesh: &mut Mesh,
+        frame: &Frame,
+        options: &RefineOptions,
+        echo: Option<Echo>,
+    ) -> Refined {
         let same = mesh.size == self.surface.size
             && mesh.vertices.len() == self.surface.at.len()
             && mesh.triangles.len() == self.surface.triangles();
@@ -248,15 +246,27 @@ impl Refiner {
             return self.refine(mesh, frame, options);
         }
         rayon::scope(|_| {
-            let wanted = self.echo.answer(&self.surface, frame, options.echo);
+            let wanted = echo.and_then(|echo| echo.on(frame));
             let frame = wanted.as_ref().unwrap_or(frame);
             self.rows.load(frame);
             let carried = self.surface.relink(mesh);
             self.surface.measure(&self.rows);
             let refined = self.run(mesh, frame, options, carried, None);
-            self.echo.keep(wanted);
+            if let Some(wanted) = wanted {
+                self.spent = wanted.into_pixels();
+            }
             refined
         })
+    }
+
+    /// Asks for the echo of a frame that was refined, for the next one to [resume](Refiner::resume) with.
+    pub fn call(&mut self, coherence: f64) -> Option<Call> {
+        Call::new(coherence, std::mem::take(&mut self.spent))
+    }
+
+    /// Takes up the memory of an `echo` that is not needed.
+    pub fn pass_over(&mut self, echo: Echo) {
+        self.spent = echo.into_memory();
     }
 
     /// The steps; `carried` says that triangles and half-edges are those of the frame before.

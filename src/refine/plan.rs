@@ -7,16 +7,12 @@ use crate::options::{Detail, Options, Quality, Steps};
 /// frames after it start from its mesh.
 const SHOT_STEPS: u32 = 4;
 
-/// [`RefineOptions::echo`] at coherence 1. With more no clip flickers less, and likeness goes on falling.
-const MOST_ECHO: f64 = 0.7;
-
 impl RefineOptions {
     /// The plan for a frame: a `fresh` mesh, of a still or the first frame of a shot, takes many steps;
-    /// one that comes from the frame before a few, fewer changes and only such as are clearly worth it, and
-    /// it counts that the picture should not flicker, the more so the nearer `coherence` is to 1.
+    /// one that comes from the frame before a few, fewer changes and only such as are clearly worth it.
     pub fn plan(options: &Options, fresh: bool) -> Self {
         let plan = if fresh { Self::fresh(options) } else { Self::next(options) };
-        Self { regularity: options.regularity, echo: MOST_ECHO * options.coherence, ..plan }
+        Self { regularity: options.regularity, ..plan }
     }
 
     /// The plan for a frame that has nothing to do with the one before it, of a video whose frames are

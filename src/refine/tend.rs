@@ -62,7 +62,6 @@ impl Refiner {
     /// error is large, and edges flip beside them. All others stay where they are. Of `options`, regularity
     /// and threshold count.
     pub fn tend(&mut self, mesh: &mut Mesh, frame: &Frame, options: &RefineOptions) -> Refined {
-        self.echo.forget();
         if mesh.size != frame.size() {
             return Refined::default();
         }

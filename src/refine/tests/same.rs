@@ -66,7 +66,7 @@ fn a_refiner_takes_a_smaller_mesh_after_a_larger_one() {
             turn += usize::from(again.1.replaced.is_empty());
             // A frame of a video in between.
             refine(&mut mesh, &frame, &options);
-            refiner.resume(&mut mesh, &frame, &RefineOptions::live());
+            refiner.resume(&mut mesh, &frame, &RefineOptions::live(), None);
         }
     }
     assert!(turn < 30, "nothing was re-placed in {turn} runs of 60");

@@ -86,7 +86,7 @@ proptest! {
             let refined = if step < 4 {
                 refiner.refine(&mut mesh, &frame, &options)
             } else {
-                refiner.resume(&mut mesh, &frame, &options)
+                refiner.resume(&mut mesh, &frame, &options, None)
             };
             prop_assert_eq!(mesh.check(), Ok(()));
             audit(&refiner.surface, &refiner.rows);

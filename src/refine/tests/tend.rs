@@ -55,7 +55,7 @@ fn strips_and_steps_take_turns() {
         if t % 5 < 3 {
             refiner.tend(&mut mesh, &frame, &plan());
         } else {
-            let refined = refiner.resume(&mut mesh, &frame, &step);
+            let refined = refiner.resume(&mut mesh, &frame, &step, None);
             let (told, found) = (refined.error_after, error_of(&mesh, &frame));
             assert!((told - found).abs() <= 1e-6 * found, "frame {t}: {told}, not {found}");
         }

@@ -1,6 +1,8 @@
 //! From frame to frame: what stands still rests, what changes wakes.
 
 use super::*;
+use crate::options::Options;
+use crate::rasterise::{Brief, Painter};
 
 #[test]
 fn a_still_settles_and_then_stays() {
@@ -11,7 +13,7 @@ fn a_still_settles_and_then_stays() {
     let refined = refiner.refine(&mut mesh, &frame, &best);
     assert!(refined.steps < 200, "still busy after {} steps", refined.steps);
     let settled = mesh.clone();
-    let again = refiner.resume(&mut mesh, &frame, &best);
+    let again = refiner.resume(&mut mesh, &frame, &best, None);
     assert!(again.steps < 5, "{again:?}");
     assert_eq!((again.moved, again.flipped), (0, 0));
     assert!(mesh == settled && again.replaced.is_empty());
@@ -26,7 +28,7 @@ fn a_still_video_stands_still_before_its_tenth_frame() {
     let live = RefineOptions { threshold: 0.0, replace: 0.02, ..RefineOptions::live() };
     let mut last = mesh.clone();
     for t in 1..30 {
-        let refined = refiner.resume(&mut mesh, &frame, &live);
+        let refined = refiner.resume(&mut mesh, &frame, &live, None);
         assert_eq!(mesh.check(), Ok(()));
         if t == 1 {
             assert!(refined.moved > 0, "nothing is left to do: this proves nothing");
@@ -49,7 +51,7 @@ fn parts_of_a_step_get_as_far_as_steps() {
         let mut errors = Vec::new();
         let mut moved = 0;
         for _ in 0..frames {
-            let refined = refiner.resume(&mut mesh, &frame, &live);
+            let refined = refiner.resume(&mut mesh, &frame, &live, None);
             assert_eq!((mesh.check(), refined.steps), (Ok(()), 1));
             moved = refined.moved + refined.flipped + refined.replaced.len();
             errors.push(refined.error_after);
@@ -74,16 +76,15 @@ fn a_prepared_mesh_is_refined_as_a_new_one() {
     let mut prepared = scattered(frame.size(), 300);
     let mut anew = prepared.clone();
     refiner.prepare(&prepared);
-    let live = RefineOptions { steps: 1, echo: 0.3, ..RefineOptions::live() };
-    let first = refiner.resume(&mut prepared, &frame, &live);
+    let live = RefineOptions { steps: 1, ..RefineOptions::live() };
+    let first = refiner.resume(&mut prepared, &frame, &live, None);
     assert!(first.moved > 100, "nothing to tell");
     assert_eq!(first, refine(&mut anew, &frame, &live));
     assert_eq!(prepared, anew);
 }
 
 fn refine_in(refiner: &mut Refiner, frame: &Frame, count: u32) {
-    let normal = RefineOptions { echo: 0.3, ..RefineOptions::normal() };
-    refiner.refine(&mut scattered(frame.size(), count), frame, &normal);
+    refiner.refine(&mut scattered(frame.size(), count), frame, &RefineOptions::normal());
 }
 
 #[test]
@@ -96,7 +97,7 @@ fn any_number_of_threads_gives_the_same_mesh_after_parts_of_steps() {
             let frame = picture(mesh.size, 5 + u64::from(t / 6), 80, true);
             let live =
                 RefineOptions { steps: t / 10, part: (3 * t + 1) % 8, ..RefineOptions::live() };
-            let refined = pool.install(|| refiner.resume(&mut mesh, &frame, &live));
+            let refined = pool.install(|| refiner.resume(&mut mesh, &frame, &live, None));
             (refined, mesh.clone())
         });
         course.collect::<Vec<_>>()
@@ -135,7 +136,7 @@ fn noise_moves_nothing() {
     refiner.refine(&mut mesh, &noisy(0), &RefineOptions::normal());
     let mut moved = 0;
     for t in 1..30 {
-        let refined = refiner.resume(&mut mesh, &noisy(t), &RefineOptions::live());
+        let refined = refiner.resume(&mut mesh, &noisy(t), &RefineOptions::live(), None);
         if t >= 10 {
             moved += refined.moved + refined.flipped + refined.replaced.len();
         }
@@ -152,7 +153,7 @@ fn a_change_wakes_its_surroundings() {
     let mut refiner = Refiner::default();
     refiner.refine(&mut mesh, &frame, &RefineOptions::normal());
     for _ in 0..12 {
-        refiner.resume(&mut mesh, &frame, &RefineOptions::live());
+        refiner.resume(&mut mesh, &frame, &RefineOptions::live(), None);
     }
     let mut pixels = frame.pixels().to_vec();
     for y in 90..110 {
@@ -163,7 +164,7 @@ fn a_change_wakes_its_surroundings() {
     let changed = Frame::new(size, pixels).expect("a small frame");
     let before = mesh.clone();
     let live = RefineOptions { replace: 0.0, ..RefineOptions::live() };
-    let refined = refiner.resume(&mut mesh, &changed, &live);
+    let refined = refiner.resume(&mut mesh, &changed, &live, None);
     assert!(refined.moved > 0);
     for (a, b) in before.vertices.iter().zip(&mesh.vertices).filter(|(a, b)| a != b) {
         assert!(a.x > 80 * SUBPIXEL && a.y > 50 * SUBPIXEL, "{a:?} went to {b:?}");
@@ -186,17 +187,21 @@ fn an_echo_lowers_flicker() {
         Frame::new(size, places.map(pixel).collect()).expect("a small frame")
     };
     let frames: Vec<Frame> = (0..12).map(shaded).collect();
-    let changes = |echo: f64| {
+    let changes = |coherence: f64| {
         let mut mesh = scattered(size, 200);
         let mut refiner = Refiner::default();
-        refiner.refine(&mut mesh, &frames[0], &RefineOptions { echo, ..RefineOptions::normal() });
-        let live = RefineOptions { echo, ..RefineOptions::live() };
+        refiner.refine(&mut mesh, &frames[0], &RefineOptions::normal());
+        let mut painter = Painter::new(&Options::default());
+        let mut echo = None;
         let mut flicker = 0.0;
         let mut last: Option<(Frame, &Frame)> = None;
         for frame in &frames {
-            refiner.resume(&mut mesh, frame, &live);
+            refiner.resume(&mut mesh, frame, &RefineOptions::live(), echo);
             assert_eq!(mesh.check(), Ok(()));
-            let painted = crate::rasterise::rasterise(&mesh, frame, None).frame;
+            let brief = Brief { rows: 1, call: refiner.call(coherence), ..Brief::default() };
+            let (painted, told) = painter.paint(&mesh, frame, brief);
+            echo = told;
+            let painted = painted.frame;
             if let Some((before, source)) = &last {
                 let all = painted.pixels().iter().zip(before.pixels());
                 let all = all.zip(frame.pixels().iter().zip(source.pixels())).flat_map(
@@ -213,6 +218,6 @@ fn an_echo_lowers_flicker() {
         }
         flicker
     };
-    let (without, with) = (changes(0.0), changes(0.7));
+    let (without, with) = (changes(0.0), changes(1.0));
     assert!(with < without, "{with} with an echo, {without} without");
 }
