@@ -35,19 +35,6 @@ impl ToYuv {
     }
 }
 
-/// Red, green and blue mixed by `factors`, without what is added.
-#[inline(always)]
-fn mix(factors: &[i32; 4], pixel: Rgba) -> i32 {
-    let pixel = u32::from_le_bytes(pixel);
-    let channel = |shift: u32| (pixel >> shift & 0xff) as i32;
-    factors[0] * channel(0) + factors[1] * channel(8) + factors[2] * channel(16)
-}
-
-#[inline(always)]
-fn code(factors: &[i32; 4], sum: i32) -> u8 {
-    ((sum + factors[3]) >> FRACTION).clamp(0, 255) as u8
-}
-
 /// Turns pixels of `size` into planes of `layout`, which replace the contents of `out`. A layout
 /// that is larger than `size` is filled up by repeating the last column and row. Alpha goes to its
 /// plane, or is lost if there is none.
@@ -66,35 +53,34 @@ pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, o
         &pixels[y * size.width as usize..][..size.width as usize]
     };
     let (luma, rest) = out.split_at_mut(full.pixels());
-    luma.par_chunks_mut(width).enumerate().with_min_len(ROWS).for_each(|(y, out)| {
-        let source = row(y);
-        widest(
-            #[inline(always)]
-            || {
-                for (out, &pixel) in out.iter_mut().zip(source) {
-                    *out = code(&factors.luma, mix(&factors.luma, pixel));
-                }
-            },
-        );
-        let edge = out[source.len() - 1];
-        out[source.len()..].fill(edge);
-    });
     let (chroma_width, chroma_height) = layout.chroma();
     let (u, rest) = rest.split_at_mut(chroma_width * chroma_height);
     let (v, alpha) = rest.split_at_mut(chroma_width * chroma_height);
-    if chroma_width > 0 {
-        let rows = u.par_chunks_mut(chroma_width).zip(v.par_chunks_mut(chroma_width));
-        rows.enumerate().with_min_len(ROWS).for_each_init(Vec::new, |mixed, (y, (u, v))| {
-            let pair = match layout.sampling {
-                Sampling::Yuv420 => (row(2 * y), row((2 * y + 1).min(full.height as usize - 1))),
-                _ => (row(y), row(y)),
-            };
-            for (out, factors) in [(u, &factors.u), (v, &factors.v)] {
-                widest(
-                    #[inline(always)]
-                    || narrow(layout, pair, factors, mixed, out),
-                );
-            }
+    if chroma_width == 0 {
+        luma.par_chunks_mut(width).enumerate().with_min_len(ROWS).for_each(|(y, out)| {
+            widest(
+                #[inline(always)]
+                || brightness(&factors, row(y), out),
+            );
+        });
+    } else {
+        // The rows that share one of chroma, while they are in the cache.
+        let rows = if layout.sampling == Sampling::Yuv420 { 2 } else { 1 };
+        let chroma = u.par_chunks_mut(chroma_width).zip(v.par_chunks_mut(chroma_width));
+        let both = luma.par_chunks_mut(rows * width).zip(chroma).enumerate();
+        both.with_min_len(ROWS).for_each_init(Columns::default, |columns, (y, (luma, (u, v)))| {
+            let first = rows * y;
+            let last = (first + rows).min(full.height as usize) - 1;
+            widest(
+                #[inline(always)]
+                || {
+                    for (y, out) in (first..).zip(luma.chunks_mut(width)) {
+                        brightness(&factors, row(y), out);
+                    }
+                    columns.take(row(first), row(last), 2 * u.len());
+                    columns.narrow(layout, &factors, u, v);
+                },
+            );
         });
     }
     if layout.alpha {
@@ -107,46 +93,86 @@ pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, o
     }
 }
 
-/// A row of chroma: each sample the mean over the columns that are nearest to its place, weighted by
-/// how much of them it covers, in the two rows of `pair`. `mixed` is memory to work in.
+/// Both samples of chroma from the sums over eight pixels: red and blue in one number, green.
 #[inline(always)]
-fn narrow(
-    layout: &Layout,
-    (upper, lower): (&[Rgba], &[Rgba]),
-    factors: &[i32; 4],
-    mixed: &mut Vec<i32>,
-    out: &mut [u8],
-) {
-    // The columns' sums, the first and the last once more for what lies beyond them.
-    mixed.clear();
-    mixed.resize(2 * out.len() + 2, 0);
-    let (first, columns) = mixed.split_at_mut(1);
-    let (columns, beyond) = columns.split_at_mut(upper.len());
-    for (sum, (&a, &b)) in columns.iter_mut().zip(upper.iter().zip(lower)) {
-        *sum = mix(factors, a) + mix(factors, b);
+fn chroma(factors: &ToYuv, red_blue: u32, green: u32) -> (u8, u8) {
+    let [red, green, blue] = [red_blue & 0xffff, green, red_blue >> 16].map(|sum| sum as i32);
+    let sample = |[of_red, of_green, of_blue, add]: [i32; 4]| {
+        let sum = of_red * red + of_green * green + of_blue * blue;
+        ((sum + add) >> FRACTION).clamp(0, 255) as u8
+    };
+    (sample(factors.u), sample(factors.v))
+}
+
+/// A row of luma.
+#[inline(always)]
+fn brightness(factors: &ToYuv, source: &[Rgba], out: &mut [u8]) {
+    let [of_red, of_green, of_blue, add] = factors.luma;
+    for (out, &pixel) in out.iter_mut().zip(source) {
+        let pixel = u32::from_le_bytes(pixel);
+        let channel = |shift: u32| (pixel >> shift & 0xff) as i32;
+        let sum = of_red * channel(0) + of_green * channel(8) + of_blue * channel(16);
+        *out = ((sum + add) >> FRACTION).clamp(0, 255) as u8;
     }
-    first[0] = columns[0];
-    beyond.fill(columns[columns.len() - 1]);
-    if layout.sampling == Sampling::Yuv444 {
-        for (out, &sum) in out.iter_mut().zip(&mixed[1..]) {
-            *out = code(factors, 4 * sum);
+    let edge = out[source.len() - 1];
+    out[source.len()..].fill(edge);
+}
+
+/// The columns of two rows of pixels, added up, from one left of the first to one right of the last, or of
+/// what fills a layout up: those repeat their neighbours.
+#[derive(Default)]
+struct Columns {
+    /// Red in the lower and blue in the upper half of each number.
+    red_blue: Vec<u32>,
+    green: Vec<u32>,
+}
+
+impl Columns {
+    /// Takes up `upper` and `lower`, as `count` columns or one more.
+    #[inline(always)]
+    fn take(&mut self, upper: &[Rgba], lower: &[Rgba], count: usize) {
+        let [red_blue, green] = [&mut self.red_blue, &mut self.green];
+        red_blue.resize(count + 2, 0);
+        green.resize(count + 2, 0);
+        let columns = red_blue[1..].iter_mut().zip(&mut green[1..]);
+        for ((red_blue, green), (&a, &b)) in columns.zip(upper.iter().zip(lower)) {
+            let [a, b] = [a, b].map(u32::from_le_bytes);
+            *red_blue = (a & 0x00ff_00ff) + (b & 0x00ff_00ff);
+            *green = (a >> 8 & 0xff) + (b >> 8 & 0xff);
         }
-        return;
+        for sums in [red_blue, green] {
+            sums[0] = sums[1];
+            let last = sums[upper.len()];
+            sums[upper.len() + 1..].fill(last);
+        }
     }
-    let (pairs, _) = mixed.as_chunks::<2>();
-    match layout.siting {
-        Siting::Centre => {
-            for (out, (&[_, left], &[right, _])) in
-                out.iter_mut().zip(pairs.iter().zip(&pairs[1..]))
-            {
-                *out = code(factors, 2 * (left + right));
+
+    /// A row of chroma: each sample the mean over the columns that are nearest to its place, weighted by
+    /// how much of them it covers.
+    #[inline(always)]
+    fn narrow(&self, layout: &Layout, factors: &ToYuv, u: &mut [u8], v: &mut [u8]) {
+        let [red_blue, green] = [&self.red_blue, &self.green].map(|sums| sums.as_chunks::<2>().0);
+        let out = u.iter_mut().zip(v);
+        if layout.sampling == Sampling::Yuv444 {
+            let columns = self.red_blue[1..].iter().zip(&self.green[1..]);
+            for (out, (&red_blue, &green)) in out.zip(columns) {
+                (*out.0, *out.1) = chroma(factors, 4 * red_blue, 4 * green);
             }
+            return;
         }
-        Siting::Left => {
-            for (out, (&[before, left], &[right, _])) in
-                out.iter_mut().zip(pairs.iter().zip(&pairs[1..]))
-            {
-                *out = code(factors, before + 2 * left + right);
+        let sums = red_blue.iter().zip(&red_blue[1..]).zip(green.iter().zip(&green[1..]));
+        match layout.siting {
+            Siting::Centre => {
+                for (out, (([_, r], [s, _]), ([_, g], [h, _]))) in out.zip(sums) {
+                    let (red_blue, green) = (2 * (r + s), 2 * (g + h));
+                    (*out.0, *out.1) = chroma(factors, red_blue, green);
+                }
+            }
+            Siting::Left => {
+                for (out, (([q, r], [s, _]), ([f, g], [h, _]))) in out.zip(sums) {
+                    let (red_blue, green) = (q + 2 * r + s, f + 2 * g + h);
+                    (*out.0, *out.1) = chroma(factors, red_blue, green);
+                }
             }
         }
     }

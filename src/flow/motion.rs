@@ -40,23 +40,29 @@ impl Small {
         let rows = plane.values_mut().par_chunks_exact_mut(small.width as usize);
         let used = (small.width * factor) as usize * 4;
         rows.enumerate().for_each_init(
-            || vec![0u32; used],
+            || vec![0u16; used],
             |sums, (y, out)| {
-                sums.fill(0);
-                for y in (y as u32 * factor..).take(factor as usize) {
-                    let bytes = frame.row(y).as_flattened();
-                    widest(
-                        #[inline(always)]
-                        || {
-                            for (sum, &byte) in sums.iter_mut().zip(bytes) {
-                                *sum += u32::from(byte);
+                let mut rows = (y as u32 * factor..).take(factor as usize).map(|y| frame.row(y));
+                let first = rows.next().expect("a small pixel has a row");
+                widest(
+                    #[inline(always)]
+                    || {
+                        for (sum, &byte) in sums.iter_mut().zip(first.as_flattened()) {
+                            *sum = u16::from(byte);
+                        }
+                        for row in rows {
+                            for (sum, &byte) in sums.iter_mut().zip(row.as_flattened()) {
+                                // A small pixel has 35 rows at most: MAX_SIDE / SMALL_SIDE.
+                                *sum += u16::from(byte);
                             }
-                        },
-                    );
-                }
-                for (out, sums) in out.iter_mut().zip(sums.chunks_exact(4 * factor as usize)) {
-                    *out = mean_luma(sums, factor);
-                }
+                        }
+                        for (out, sums) in
+                            out.iter_mut().zip(sums.chunks_exact(4 * factor as usize))
+                        {
+                            *out = mean_luma(sums, factor);
+                        }
+                    },
+                );
             },
         );
         let mut levels = vec![plane];
@@ -76,10 +82,13 @@ impl Small {
 }
 
 /// The mean luma of a small pixel, 0..255, from its columns' sums of red, green, blue and alpha.
-fn mean_luma(sums: &[u32], factor: u32) -> f32 {
-    let mut colour = [0; 3];
+#[inline(always)]
+fn mean_luma(sums: &[u16], factor: u32) -> f32 {
+    let mut colour = [0u32; 4];
     for column in sums.as_chunks::<4>().0 {
-        colour.iter_mut().zip(column).for_each(|(sum, &channel)| *sum += channel);
+        for (sum, &channel) in colour.iter_mut().zip(column) {
+            *sum += u32::from(channel);
+        }
     }
     let weighted: f32 = colour.iter().zip(LUMA).map(|(&sum, weight)| sum as f32 * weight).sum();
     weighted / (factor * factor) as f32

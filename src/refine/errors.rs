@@ -15,7 +15,7 @@ const PACK: usize = 64;
 
 /// Frames until an error is taken anew in any case. Measured on video: no more flicker and as little error as
 /// if all were taken anew in every frame.
-const TURNS: u32 = 4;
+const TURNS: u32 = 8;
 
 /// How much a triangle's colour has to change, as squared 8-bit steps over its pixels and in least
 /// gains, for its error to be taken anew before its turn.

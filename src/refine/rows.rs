@@ -271,19 +271,19 @@ fn opaque_squares_of(frame: &Frame, triangle: [Point; 3]) -> u64 {
 /// pixels of the first `counted` of them.
 fn sum_opaque(rows: [&[Rgba]; TOGETHER], counted: usize, out: &mut [u64]) -> u64 {
     let [a, b, c, d] = rows;
-    let mut sums = [0u64; TOGETHER];
     let (out, _) = out.as_chunks_mut::<TOGETHER>();
-    let pixels = a.iter().zip(b).zip(c.iter().zip(d));
-    for (((a, b), (c, d)), out) in pixels.zip(&mut *out) {
-        *out = sums;
-        for (sum, &pixel) in sums.iter_mut().zip([a, b, c, d]) {
-            *sum = sum.wrapping_add(pack(pixel));
-        }
-    }
-    out[a.len()] = sums;
     widest(
         #[inline(always)]
         || {
+            let mut sums = [0u64; TOGETHER];
+            let pixels = a.iter().zip(b).zip(c.iter().zip(d));
+            for (((a, b), (c, d)), out) in pixels.zip(&mut *out) {
+                *out = sums;
+                for (sum, &pixel) in sums.iter_mut().zip([a, b, c, d]) {
+                    *sum = sum.wrapping_add(pack(pixel));
+                }
+            }
+            out[a.len()] = sums;
             let mut squares = LaneSquares::default();
             for row in &rows[..counted] {
                 squares.add(row, row.len());
