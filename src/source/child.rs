@@ -23,6 +23,9 @@ use crate::source::watch::{LONG_PATIENCE, TICK, Watch, kill, lock, running};
 const TAIL: usize = 20;
 const LINE: usize = 400;
 
+/// The longest that the end of a child may go unnoticed.
+const MOST_PAUSE: Duration = Duration::from_millis(20);
+
 /// What a child has said on standard error.
 #[derive(Default)]
 struct Words {
@@ -151,9 +154,10 @@ impl Child {
         let mut pause = Duration::from_millis(1);
         while self.status.is_none() {
             self.reap()?;
-            if self.status.is_none() {
+            // Its standard error ends when it does, unless a grandchild holds on to that.
+            if self.status.is_none() && self.is_silent_within(MOST_PAUSE) {
                 thread::sleep(pause);
-                pause = (pause * 2).min(Duration::from_millis(20));
+                pause = (pause * 2).min(MOST_PAUSE);
             }
         }
         self.watch.waiting.store(false, Ordering::Relaxed);
@@ -208,9 +212,17 @@ impl Child {
     /// What was said, once all of it has arrived. A grandchild may hold the pipe open: after a second
     /// what there is must do.
     fn words(&self) -> MutexGuard<'_, Words> {
+        self.words_within(Duration::from_secs(1))
+    }
+
+    fn is_silent_within(&self, time: Duration) -> bool {
+        self.words_within(time).over
+    }
+
+    /// What was said, once all of it has arrived or `time` is over.
+    fn words_within(&self, time: Duration) -> MutexGuard<'_, Words> {
         let (words, over) = &*self.words;
-        let wait = Duration::from_secs(1);
-        over.wait_timeout_while(lock(words), wait, |words| !words.over)
+        over.wait_timeout_while(lock(words), time, |words| !words.over)
             .unwrap_or_else(PoisonError::into_inner)
             .0
     }
