@@ -15,6 +15,7 @@ use crate::colour::{Coding, Range, to_rgba};
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Rational, Rgba, Span, StreamInfo};
 use crate::source::child::{self, Child, Pipe};
+use crate::source::early::{BUFFER, Early, Frames};
 use crate::source::nut::NutReader;
 use crate::source::probe::{self, Pixels, Probed, Track, probe};
 use crate::source::{Decoded, Input, Sound, Source, SourceOptions};
@@ -29,7 +30,11 @@ pub(crate) fn is_address(path: &Path) -> bool {
 /// # Errors
 /// As [`Video::open`].
 pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
-    let video = Video::open(&path, options.ffmpeg.as_deref())?;
+    let ffmpeg = options.ffmpeg.as_deref();
+    let early = options.soon && !is_address(&path);
+    let early = early.then(|| Early::start(&path, ffmpeg)).flatten();
+    let video = Video::open(&path, ffmpeg)?;
+    let mut early = early.filter(|_| video.probed.track.as_it_is);
     let info = video.info().clone();
     // What is live cannot be read a second time.
     let sound = (info.audio.is_some() && !info.live).then(|| Sound {
@@ -39,7 +44,10 @@ pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
         tracks: Some(video.probed.sound.clone()),
     });
     let files: Arc<[PathBuf]> = if is_address(&path) { Arc::from([]) } else { Arc::from([path]) };
-    let input = Input::new(files, info, move || Ok(Box::new(video.start()?)));
+    let input = Input::new(files, info, move || {
+        let source = early.take().and_then(|early| video.take_over(early));
+        Ok(Box::new(source.map_or_else(|| video.start(), Ok)?))
+    });
     Ok(input.with_sound(sound))
 }
 
@@ -83,11 +91,24 @@ impl Video {
         let stdout = child
             .stdout()
             .ok_or_else(|| Error::input(&self.path, "ffmpeg came without standard output"))?;
-        Ok(VideoSource {
+        let stdout = BufReader::with_capacity(BUFFER, stdout);
+        Ok(VideoSource { stdout: Some(stdout), ..self.source(child) })
+    }
+
+    /// Goes on with a decoder that runs already, if that does what is wanted.
+    fn take_over(&self, early: Early) -> Option<VideoSource> {
+        let Probed { info, track, .. } = &self.probed;
+        let (child, frames) = early.frames(info.size, track.bytes(info.size), track.time_base)?;
+        Some(VideoSource { reader: Some(frames), ..self.source(child) })
+    }
+
+    fn source(&self, child: Child) -> VideoSource {
+        let Probed { info, track, .. } = &self.probed;
+        VideoSource {
             path: self.path.clone(),
             info: info.clone(),
             track: track.clone(),
-            stdout: Some(BufReader::with_capacity(1 << 16, stdout)),
+            stdout: None,
             reader: None,
             child,
             ahead: None,
@@ -100,7 +121,7 @@ impl Video {
             last_start: None,
             longest: Rational::ZERO,
             length: info.rate.and_then(Rational::recip),
-        })
+        }
     }
 }
 
@@ -148,7 +169,7 @@ pub struct VideoSource {
     track: Track,
     /// The pipe until its headers are read.
     stdout: Option<BufReader<Pipe<ChildStdout>>>,
-    reader: Option<NutReader<BufReader<Pipe<ChildStdout>>>>,
+    reader: Option<Frames>,
     child: Child,
     /// The frame after the one last delivered: its time tells how long that one is shown.
     ahead: Option<Raw>,
@@ -206,11 +227,7 @@ impl VideoSource {
 
     fn read_into(&mut self, data: &mut Vec<u8>) -> io::Result<Option<Rational>> {
         if let Some(pipe) = self.stdout.take() {
-            let bytes = match self.track.pixels {
-                Pixels::Planar(layout, _) => layout.bytes(),
-                Pixels::Rgba => self.info.size.pixels() * 4,
-            };
-            self.reader = Some(NutReader::new(pipe, bytes)?);
+            self.reader = Some(NutReader::new(pipe, self.track.bytes(self.info.size))?);
         }
         let Some(reader) = &mut self.reader else { return Ok(None) };
         if reader.size() != self.info.size {

@@ -4,6 +4,7 @@ mod animation;
 mod apng;
 pub(crate) mod child;
 pub(crate) mod detect;
+mod early;
 mod expand;
 pub mod ffmpeg;
 mod gif;
@@ -97,6 +98,9 @@ pub struct SourceOptions {
     pub looped: bool,
     /// The ffmpeg program that reads video. Default: the one that the system finds.
     pub ffmpeg: Option<PathBuf>,
+    /// Whether frames will be asked for at once, so that a decoder may be started before the headers are
+    /// read. Default: no.
+    pub soon: bool,
 }
 
 /// Where sound comes from.

@@ -48,6 +48,19 @@ pub(crate) struct Track {
     pub(crate) zero: Option<Rational>,
     /// The end that the container promises, in seconds.
     pub(crate) end: Option<Rational>,
+    /// Whether its frames come through the pipe as they are in the file, and there is no other track of
+    /// pictures.
+    pub(crate) as_it_is: bool,
+}
+
+impl Track {
+    /// Bytes of a frame of `size`.
+    pub(crate) fn bytes(&self, size: Size) -> usize {
+        match self.pixels {
+            Pixels::Planar(layout, _) => layout.bytes(),
+            Pixels::Rgba => size.pixels() * 4,
+        }
+    }
 }
 
 /// The sound of a file.
@@ -152,7 +165,12 @@ pub(crate) fn probe(path: &Path, ffmpeg: Option<&Path>) -> Result<Probed> {
     };
     let index = stream["index"].as_u64().unwrap_or(0);
     let zero = (!info.live).then(|| zero(&answer));
-    let track = Track { index, time_base, format, pixels, decoder, zero, end };
+    let as_it_is = pix_fmt == format
+        && decoder.is_none()
+        && rotation(stream) == 0.0
+        && text(stream, "sample_aspect_ratio").is_none_or(|aspect| matches!(aspect, "1:1" | "0:1"))
+        && streams(&answer, "video").count() == 1;
+    let track = Track { index, time_base, format, pixels, decoder, zero, end, as_it_is };
     Ok(Probed { info, track, sound: sound_tracks(&answer) })
 }
 

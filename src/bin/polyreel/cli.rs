@@ -180,6 +180,7 @@ impl InputArgs {
             allow_truncated: self.allow_truncated,
             looped: false,
             ffmpeg: self.ffmpeg.clone(),
+            soon: false,
         }
     }
 

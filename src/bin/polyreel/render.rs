@@ -29,7 +29,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let mut options = args.look.options()?;
     let stop = Stop::default();
     let interrupt = Interrupt::listen(&stop);
-    let wanted = SourceOptions { looped: args.run.looped, ..args.input.options() };
+    let wanted = SourceOptions { looped: args.run.looped, soon: true, ..args.input.options() };
     let input = source::open(&args.input.inputs, &wanted)?;
     let info = input.info().clone();
     if info.still {

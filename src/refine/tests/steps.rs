@@ -76,7 +76,6 @@ proptest! {
             threshold,
             closely: opaque,
             running: !opaque,
-            ..RefineOptions::draft()
         };
         let mut refiner = Refiner::default();
         let mut error = f64::INFINITY;

@@ -30,7 +30,7 @@ use polyreel::geom::Size;
 use polyreel::options::Colour;
 use polyreel::pipeline::{self, Controls, FrameReport, Guide, Observer, Settings, Stop, Summary};
 use polyreel::sink::{Sink, SinkOptions};
-use polyreel::source;
+use polyreel::source::{self, SourceOptions};
 
 use crate::Outcome;
 use crate::budget::Budget;
@@ -53,7 +53,8 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
     let mut options = args.look.options()?;
     let stop = Stop::default();
     let interrupt = Interrupt::listen(&stop);
-    let input = source::open(&args.input.inputs, &args.input.options())?;
+    let input =
+        source::open(&args.input.inputs, &SourceOptions { soon: true, ..args.input.options() })?;
     let info = input.info().clone();
     if info.still {
         // Nothing comes after it: --refine STEPS means just so many.
