@@ -11,7 +11,7 @@ pub(crate) mod runs;
 
 use std::ops::Range;
 
-use crate::geom::{Point, SUBPIXEL, orient};
+use crate::geom::{Point, SUBPIXEL};
 pub(crate) use crossing::Crossing;
 
 const HALF: i32 = SUBPIXEL / 2;
@@ -44,28 +44,26 @@ pub fn spans(triangle: [Point; 3], band: Range<u32>, mut visit: impl FnMut(u32, 
     if start >= end {
         return;
     }
-    let bend_on_right = orient(a, b, c) > 0;
-    let middle = bend.clamp(start, end);
     let mut long = Crossing::new(a, c, start);
-    for (from, to, rows) in [(a, b, start..middle), (b, c, middle..end)] {
-        if rows.is_empty() {
-            continue;
+    let lower = Crossing::new(b, c, bend.max(start));
+    // Where no row lies above the bend, the upper one is never asked.
+    let mut short = if bend > start { Crossing::new(a, b, start) } else { lower };
+    for y in start..end {
+        // A choice, not a branch, and one loop, not two: what is guessed wrong costs more than a row.
+        short = if y == bend { lower } else { short };
+        let (l, s) = (long.next(), short.next());
+        // Crossings are exact: what lies further left crosses no later.
+        let columns = l.min(s)..l.max(s);
+        if columns.start < columns.end {
+            visit(y as u32, columns);
         }
-        let short = Crossing::new(from, to, rows.start);
-        let (mut left, mut right) = if bend_on_right { (long, short) } else { (short, long) };
-        for y in rows {
-            let columns = left.next()..right.next();
-            if columns.start < columns.end {
-                visit(y as u32, columns);
-            }
-        }
-        long = if bend_on_right { left } else { right };
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::orient;
     use proptest::prelude::*;
 
     /// The definition, pixel by pixel: the centre, nudged to the right and then down by less than any
