@@ -26,7 +26,7 @@ const NOTHING: u8 = 128;
 const PACK: usize = 1 << 14;
 
 /// Asks whoever paints a frame for its [`Echo`].
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Call {
     /// In 1/128.
     share: i16,

@@ -29,8 +29,8 @@
 //!
 //! Layers, lowest first; a module uses only what stands above it: [`geom`], [`stage`], [`error`],
 //! [`frame`], [`chance`]; [`options`], [`mesh`], [`hex`], [`echo`], [`scan`], [`draw`], [`colour`],
-//! [`plane`], [`flow`], [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`], [`governor`]; [`metric`], [`render`], [`source`],
-//! [`sink`], [`evaluate`]; [`pipeline`].
+//! [`plane`], [`flow`], [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`], [`governor`];
+//! [`metric`], [`render`], [`source`], [`sink`], [`evaluate`]; [`pipeline`].
 
 pub mod chance;
 pub mod colour;

@@ -324,7 +324,7 @@ fn build_mesh(
 
 /// What comes back from those frames for which there was a call.
 struct Echoes {
-    told: Receiver<Echo>,
+    told: Receiver<Option<Echo>>,
     /// Whether there was one for the last frame.
     called: bool,
 }
@@ -333,7 +333,7 @@ impl Echoes {
     /// The last frame's, once it is painted.
     fn last(&mut self) -> Option<Echo> {
         // When the painting has ended nobody will see this frame either.
-        std::mem::take(&mut self.called).then(|| self.told.recv().ok()).flatten()
+        if std::mem::take(&mut self.called) { self.told.recv().ok().flatten() } else { None }
     }
 }
 
@@ -344,7 +344,7 @@ fn fill(
     clock: &mut Clock,
     pilot: &Pilot,
     pool: &Pool,
-    tell: &Sender<Echo>,
+    tell: &Sender<Option<Echo>>,
 ) -> Result<Painted> {
     let Meshed { mut ticket, frame, mesh, mut brief } = hop;
     let pilot = pilot.in_charge(ticket.rehearsal);
@@ -352,11 +352,12 @@ fn fill(
     let Ticket { orders, span, rehearsal, mut report, .. } = ticket;
     // Which may have been told to take fewer since.
     brief.rows = orders.detail.rows;
+    let called = brief.call.is_some();
     let (painting, echo) = pool.work(|| {
         clock.time(Stage::Rasterise, &mut report, || Ok(painter.paint(&mesh, &frame, brief)))
     })?;
-    if let Some(echo) = echo {
-        // Nobody listens any more where the run has ended.
+    if called {
+        // Who called waits for an answer; nobody listens any more where the run has ended.
         let _ = tell.send(echo);
     }
     pilot.after_painting(&report);

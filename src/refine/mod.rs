@@ -128,7 +128,8 @@ pub struct Refined {
     pub replaced: Vec<u32>,
     /// The mean colour and the area of each triangle, in the mesh's order, as
     /// [`crate::rasterise::means`] finds them, save the colours of those without a pixel; with an echo
-    /// nearly so, a share of what they were off in the frame before. Empty where they are not known: of frames that are not opaque, and where no step was asked for.
+    /// nearly so, a share of what they were off in the frame before. Empty where they are not known: of
+    /// frames that are not opaque, and where no step was asked for.
     pub fills: Vec<Fill>,
     /// The likeness that was measured last, where [`crate::options::Options::error`] asked for one.
     pub likeness: Option<f64>,

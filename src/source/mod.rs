@@ -16,6 +16,7 @@ mod rehearse;
 mod resize;
 mod sequence;
 mod still;
+mod told;
 mod trim;
 pub(crate) mod watch;
 mod webp;
