@@ -155,7 +155,7 @@ impl Child {
         while self.status.is_none() {
             self.reap()?;
             // Its standard error ends when it does, unless a grandchild holds on to that.
-            if self.status.is_none() && self.is_silent_within(MOST_PAUSE) {
+            if self.status.is_none() && self.words_within(MOST_PAUSE).over {
                 thread::sleep(pause);
                 pause = (pause * 2).min(MOST_PAUSE);
             }
@@ -213,10 +213,6 @@ impl Child {
     /// what there is must do.
     fn words(&self) -> MutexGuard<'_, Words> {
         self.words_within(Duration::from_secs(1))
-    }
-
-    fn is_silent_within(&self, time: Duration) -> bool {
-        self.words_within(time).over
     }
 
     /// What was said, once all of it has arrived or `time` is over.

@@ -11,6 +11,7 @@ use std::process::ChildStdout;
 use crate::frame::Rational;
 use crate::geom::Size;
 use crate::source::child::{self, Child, Pipe};
+use crate::source::command;
 use crate::source::nut::NutReader;
 
 /// What comes out of ffmpeg.
@@ -32,18 +33,8 @@ impl Early {
         if !VIDEOS.contains(&ending.as_str()) {
             return None;
         }
-        let mut args = child::arguments([&"-nostdin", &"-hide_banner"]);
-        args.extend(child::arguments([&"-loglevel", &"level+warning"]));
-        args.extend(child::arguments([&"-fflags", &"+discardcorrupt", &"-copyts"]));
-        args.extend(child::arguments([&"-i", &child::address(path), &"-map", &"0:V:0"]));
-        // Times in the track's own units, whatever they are; with all that is not like the first frame,
-        // ffmpeg deals by itself.
-        args.extend(child::arguments([&"-vsync", &"passthrough", &"-enc_time_base", &"-1"]));
-        args.extend(child::arguments([&"-sws_flags", &"bicubic+accurate_rnd+full_chroma_int"]));
-        args.extend(child::arguments([&"-sws_dither", &"none"]));
-        args.extend(child::arguments([&"-an", &"-sn", &"-dn", &"-c:v", &"rawvideo"]));
-        args.extend(child::arguments([&"-f", &"nut", &"pipe:1"]));
-        Child::spawn(&child::ffmpeg_program(ffmpeg), &args).ok().map(Self)
+        let program = child::ffmpeg_program(ffmpeg);
+        Child::spawn(&program, &command::first_track(path)).ok().map(Self)
     }
 
     /// The decoder and its frames, if they turn out to be of `size`, of `bytes` bytes each, with times

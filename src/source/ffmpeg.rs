@@ -5,16 +5,16 @@
 //! near 0 (MPEG-TS) is set to 0 at the first stream. Rotation and pixel
 //! aspect are applied by ffmpeg, colour by [`crate::colour`].
 
-use std::ffi::OsString;
 use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::ChildStdout;
 use std::sync::Arc;
 
-use crate::colour::{Coding, Range, to_rgba};
+use crate::colour::to_rgba;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Rational, Rgba, Span, StreamInfo};
 use crate::source::child::{self, Child, Pipe};
+use crate::source::command;
 use crate::source::early::{BUFFER, Early, Frames};
 use crate::source::nut::NutReader;
 use crate::source::probe::{self, Pixels, Probed, Track, probe};
@@ -82,7 +82,7 @@ impl Video {
     pub fn start(&self) -> Result<VideoSource> {
         let Probed { info, track, .. } = &self.probed;
         let program = child::ffmpeg_program(self.ffmpeg.as_deref());
-        let mut child = Child::spawn(&program, &arguments(&self.path, info, track))
+        let mut child = Child::spawn(&program, &command::track(&self.path, info, track))
             .map_err(|what| Error::input(&self.path, what))?;
         if is_address(&self.path) {
             child.be_patient();
@@ -123,37 +123,6 @@ impl Video {
             length: info.rate.and_then(Rational::recip),
         }
     }
-}
-
-/// The command line that decodes `track` of `path`.
-fn arguments(path: &Path, info: &StreamInfo, track: &Track) -> Vec<OsString> {
-    let mut args = child::arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning"]);
-    // A packet that was cut short would only give a spoilt frame.
-    args.extend(child::arguments([&"-fflags", &"+discardcorrupt", &"-copyts"]));
-    if let Some(decoder) = track.decoder {
-        args.extend(child::arguments([&"-c:v", &decoder]));
-    }
-    args.extend(probe::input_format(path));
-    args.extend([OsString::from("-i"), child::address(path)]);
-    args.extend(child::arguments([&"-map", &format!("0:{}", track.index), &"-an", &"-sn", &"-dn"]));
-    let size = info.size;
-    // Without a word on ranges, ffmpeg makes limited range of what has more than 8 bits.
-    let range = match track.pixels {
-        Pixels::Planar(_, Coding { range: Range::Full, .. }) => ":in_range=full:out_range=full",
-        _ => "",
-    };
-    // Does nothing to frames that have this size and format already.
-    let filter = format!(
-        "scale={}:{}:flags=bicubic+accurate_rnd+full_chroma_int:sws_dither=none{range},\
-         setsar=1,format={}",
-        size.width, size.height, track.format
-    );
-    args.extend(child::arguments([&"-vf", &filter]));
-    // Times as they are, in the container's own units.
-    let time_base = format!("{}:{}", track.time_base.num, track.time_base.den);
-    args.extend(child::arguments([&"-vsync", &"passthrough", &"-enc_time_base", &time_base]));
-    args.extend(child::arguments([&"-c:v", &"rawvideo", &"-f", &"nut", &"pipe:1"]));
-    args
 }
 
 /// A frame as it came through the pipe.

@@ -3,6 +3,7 @@
 mod animation;
 mod apng;
 pub(crate) mod child;
+mod command;
 pub(crate) mod detect;
 mod early;
 mod expand;

@@ -4,21 +4,14 @@ use std::path::{Path, PathBuf};
 
 use polyreel::source::{self, Decoded, SourceOptions};
 
-use crate::given::{folder, make, require};
+use crate::given::{drain, folder, make, require};
 
 /// The frames of `path`, and how they ended, in words.
 fn read(path: &Path, soon: bool) -> (Vec<Decoded>, Option<String>) {
     let options = SourceOptions { soon, ..SourceOptions::default() };
     let input = source::open(&[path.to_string_lossy().into_owned()], &options).expect("a video");
-    let mut source = input.start().expect("ffmpeg starts");
-    let mut frames = Vec::new();
-    loop {
-        match source.next() {
-            Ok(Some(frame)) => frames.push(frame),
-            Ok(None) => return (frames, None),
-            Err(error) => return (frames, Some(error.to_string())),
-        }
-    }
+    let (frames, end) = drain(&mut *input.start().expect("ffmpeg starts"));
+    (frames, end.err().map(|error| error.to_string()))
 }
 
 fn assert_same(path: &Path) -> Vec<Decoded> {

@@ -76,10 +76,10 @@ pub(crate) fn sound(path: &Path) -> Option<(f64, f64)> {
 /// Everything that a source delivers, and how it ended.
 pub(crate) fn read(path: &Path) -> (Vec<Decoded>, Result<()>) {
     let video = Video::open(path, None).expect("a video");
-    drain(video.start().expect("ffmpeg starts"))
+    drain(&mut video.start().expect("ffmpeg starts"))
 }
 
-pub(crate) fn drain(mut source: impl Source) -> (Vec<Decoded>, Result<()>) {
+pub(crate) fn drain(source: &mut dyn Source) -> (Vec<Decoded>, Result<()>) {
     let mut frames = Vec::new();
     loop {
         match source.next() {

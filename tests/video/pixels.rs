@@ -190,10 +190,10 @@ fn y4m_goes_to_and_from_ffmpeg() {
         );
         let clip = make(&dir, "in.y4m", &args);
         let file = std::fs::File::open(&clip).expect("a clip");
-        let source = Y4mSource::new(file, &clip).expect("a header");
+        let mut source = Y4mSource::new(file, &clip).expect("a header");
         let info = source.info().clone();
         assert_eq!((info.size, info.rate), (Size::new(66, 48), Some(Rational::new(30000, 1001))));
-        let (frames, end) = drain(source);
+        let (frames, end) = drain(&mut source);
         end.expect(format);
         assert_eq!(frames.len(), 6);
         assert_flat(&frames[5].frame, colour, 2, format);

@@ -120,7 +120,7 @@ fn a_decoder_that_hangs_is_ended_and_one_that_fails_is_told() {
     let run = |script: &str| {
         let ffmpeg = stand_in(&dir, script);
         let video = Video::open(&clip, Some(&ffmpeg)).expect("probed by the real ffprobe");
-        drain(video.start().expect("it starts"))
+        drain(&mut video.start().expect("it starts"))
     };
     let (frames, end) = run("sleep 1000; exit 0");
     assert!(frames.is_empty() && end.expect_err("hung").to_string().contains("stopped working"));

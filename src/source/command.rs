@@ -1,0 +1,62 @@
+//! The command lines that decode a video.
+
+use std::ffi::OsString;
+use std::path::Path;
+
+use crate::colour::{Coding, Range};
+use crate::frame::StreamInfo;
+use crate::source::child;
+use crate::source::probe::{self, Pixels, Track};
+
+/// How ffmpeg scales: what loses least.
+const SCALING: &str = "bicubic+accurate_rnd+full_chroma_int";
+
+/// `track` of `path`, as `info` has it.
+pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track) -> Vec<OsString> {
+    let size = info.size;
+    // Without a word on ranges, ffmpeg makes limited range of what has more than 8 bits.
+    let range = match track.pixels {
+        Pixels::Planar(_, Coding { range: Range::Full, .. }) => ":in_range=full:out_range=full",
+        _ => "",
+    };
+    // Does nothing to frames that have this size and format already.
+    let filter = format!(
+        "scale={}:{}:flags={SCALING}:sws_dither=none{range},setsar=1,format={}",
+        size.width, size.height, track.format
+    );
+    let shape = child::arguments([&"-vf", &filter]);
+    let units = format!("{}:{}", track.time_base.num, track.time_base.den);
+    decode(path, track.decoder, &format!("0:{}", track.index), shape, &units)
+}
+
+/// The first video track of `path` as it is, of which nothing is known yet. Frames of another size than
+/// the first are scaled to it.
+pub(crate) fn first_track(path: &Path) -> Vec<OsString> {
+    let shape = child::arguments([&"-sws_flags", &SCALING, &"-sws_dither", &"none"]);
+    // -1: the track's own units, whatever they are.
+    decode(path, None, "0:V:0", shape, "-1")
+}
+
+/// The track that ffmpeg calls `map`, its frames brought into `shape`, their times in `units`.
+fn decode(
+    path: &Path,
+    decoder: Option<&str>,
+    map: &str,
+    shape: Vec<OsString>,
+    units: &str,
+) -> Vec<OsString> {
+    let mut args = child::arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning"]);
+    // A packet that was cut short would only give a spoilt frame.
+    args.extend(child::arguments([&"-fflags", &"+discardcorrupt", &"-copyts"]));
+    if let Some(decoder) = decoder {
+        args.extend(child::arguments([&"-c:v", &decoder]));
+    }
+    args.extend(probe::input_format(path));
+    args.extend([OsString::from("-i"), child::address(path)]);
+    args.extend(child::arguments([&"-map", &map, &"-an", &"-sn", &"-dn"]));
+    args.extend(shape);
+    // Times as they are, in the container's own units.
+    args.extend(child::arguments([&"-vsync", &"passthrough", &"-enc_time_base", &units]));
+    args.extend(child::arguments([&"-c:v", &"rawvideo", &"-f", &"nut", &"pipe:1"]));
+    args
+}
