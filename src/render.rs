@@ -105,8 +105,8 @@ impl Renderer {
         let life = self.mesher.remember(&mesh, fresh, &refined);
         let (refine_steps, likeness) = (refined.steps, refined.likeness);
         let call = self.mesher.call(&refined);
-        let brief = Brief { fresh, rows: detail.rows, known: refined.fills, call };
-        let (painting, echo) = self.painter.paint(&mesh, frame, brief);
+        let brief = Brief { fresh, known: refined.fills, call };
+        let (painting, echo) = self.painter.paint(&mesh, frame, detail.rows, brief);
         self.echo = echo;
         let candidates = features.candidates.len();
         Ok(Rendered { painting, mesh, life, refine_steps, likeness, candidates })
@@ -197,22 +197,22 @@ impl Mesher {
         if let Some(echo) = echo {
             self.refiner.pass_over(echo);
         }
-        if fresh && plan.passes() == 0 && full.passes() > 0 {
-            // There is no time for it now: what the next frame needs for it is done.
-            self.refiner.prepare(mesh);
-            return Ok(Refined::default());
-        }
-        if fresh && plan.passes() == 0 && self.options.coherence > 0.0 {
-            self.refiner.take_up(mesh, frame);
-            return Ok(Refined::default());
-        }
         if !fresh {
             return Ok(self.refiner.tend(mesh, frame, &plan));
         }
-        match self.options.error {
-            Some(target) => reach(target, &mut self.refiner, mesh, frame, &plan, &mut |_| ()),
-            None => Ok(self.refiner.refine(mesh, frame, &plan)),
+        if plan.passes() > 0 {
+            return match self.options.error {
+                Some(target) => reach(target, &mut self.refiner, mesh, frame, &plan, &mut |_| ()),
+                None => Ok(self.refiner.refine(mesh, frame, &plan)),
+            };
         }
+        if full.passes() > 0 {
+            // There is no time for it now: what the next frame needs for it is done.
+            self.refiner.prepare(mesh);
+        } else if self.options.coherence > 0.0 {
+            self.refiner.take_up(mesh, frame);
+        }
+        Ok(Refined::default())
     }
 
     /// Whether whoever paints the frame that was `refined` is to tell its echo, for the next one.

@@ -52,8 +52,8 @@ impl Chain {
         self.mesher.remember(&mesh, fresh, &refined);
         let call = self.mesher.call(&refined);
         done(Stage::Refine);
-        let brief = Brief { fresh, rows: detail.rows, known: refined.fills, call };
-        let (painting, echo) = self.painter.paint(&mesh, frame, brief);
+        let brief = Brief { fresh, known: refined.fills, call };
+        let (painting, echo) = self.painter.paint(&mesh, frame, detail.rows, brief);
         self.echo = echo;
         drop((features, mesh));
         done(Stage::Rasterise);

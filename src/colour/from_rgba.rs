@@ -35,6 +35,13 @@ impl ToYuv {
     }
 }
 
+/// Red, green and blue mixed.
+#[inline(always)]
+fn code([of_red, of_green, of_blue, add]: [i32; 4], sums: [u32; 3]) -> u8 {
+    let [red, green, blue] = sums.map(|sum| sum as i32);
+    ((of_red * red + of_green * green + of_blue * blue + add) >> FRACTION).clamp(0, 255) as u8
+}
+
 /// Turns pixels of `size` into planes of `layout`, which replace the contents of `out`. A layout
 /// that is larger than `size` is filled up by repeating the last column and row. Alpha goes to its
 /// plane, or is lost if there is none.
@@ -96,23 +103,16 @@ pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, o
 /// Both samples of chroma from the sums over eight pixels: red and blue in one number, green.
 #[inline(always)]
 fn chroma(factors: &ToYuv, red_blue: u32, green: u32) -> (u8, u8) {
-    let [red, green, blue] = [red_blue & 0xffff, green, red_blue >> 16].map(|sum| sum as i32);
-    let sample = |[of_red, of_green, of_blue, add]: [i32; 4]| {
-        let sum = of_red * red + of_green * green + of_blue * blue;
-        ((sum + add) >> FRACTION).clamp(0, 255) as u8
-    };
-    (sample(factors.u), sample(factors.v))
+    let sums = [red_blue & 0xffff, green, red_blue >> 16];
+    (code(factors.u, sums), code(factors.v, sums))
 }
 
 /// A row of luma.
 #[inline(always)]
 fn brightness(factors: &ToYuv, source: &[Rgba], out: &mut [u8]) {
-    let [of_red, of_green, of_blue, add] = factors.luma;
     for (out, &pixel) in out.iter_mut().zip(source) {
         let pixel = u32::from_le_bytes(pixel);
-        let channel = |shift: u32| (pixel >> shift & 0xff) as i32;
-        let sum = of_red * channel(0) + of_green * channel(8) + of_blue * channel(16);
-        *out = ((sum + add) >> FRACTION).clamp(0, 255) as u8;
+        *out = code(factors.luma, [0, 8, 16].map(|shift| pixel >> shift & 0xff));
     }
     let edge = out[source.len() - 1];
     out[source.len()..].fill(edge);

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::patch::{PATCH, Patch, Window, dot, sum};
 use super::starts;
-use crate::frame::Frame;
+use crate::frame::{Frame, Rgba};
 use crate::geom::Size;
 use crate::plane::Plane;
 use crate::vector::widest;
@@ -42,26 +42,10 @@ impl Small {
         rows.enumerate().for_each_init(
             || vec![0u16; used],
             |sums, (y, out)| {
-                let mut rows = (y as u32 * factor..).take(factor as usize).map(|y| frame.row(y));
-                let first = rows.next().expect("a small pixel has a row");
+                let rows = (y as u32 * factor..).take(factor as usize).map(|y| frame.row(y));
                 widest(
                     #[inline(always)]
-                    || {
-                        for (sum, &byte) in sums.iter_mut().zip(first.as_flattened()) {
-                            *sum = u16::from(byte);
-                        }
-                        for row in rows {
-                            for (sum, &byte) in sums.iter_mut().zip(row.as_flattened()) {
-                                // A small pixel has 35 rows at most: MAX_SIDE / SMALL_SIDE.
-                                *sum += u16::from(byte);
-                            }
-                        }
-                        for (out, sums) in
-                            out.iter_mut().zip(sums.chunks_exact(4 * factor as usize))
-                        {
-                            *out = mean_luma(sums, factor);
-                        }
-                    },
+                    || small_row(rows, factor, sums, out),
                 );
             },
         );
@@ -78,6 +62,26 @@ impl Small {
     /// The mean lumas at the finest level, 0..255.
     pub fn plane(&self) -> &Plane<f32> {
         &self.levels[0]
+    }
+}
+
+/// A row of small pixels from as many `rows` of the frame; `sums` is memory to work in.
+#[inline(always)]
+fn small_row<'a>(
+    rows: impl Iterator<Item = &'a [Rgba]>,
+    factor: u32,
+    sums: &mut [u16],
+    out: &mut [f32],
+) {
+    sums.fill(0);
+    for row in rows {
+        for (sum, &byte) in sums.iter_mut().zip(row.as_flattened()) {
+            // A small pixel has 35 rows at most: MAX_SIDE / SMALL_SIDE.
+            *sum += u16::from(byte);
+        }
+    }
+    for (out, sums) in out.iter_mut().zip(sums.chunks_exact(4 * factor as usize)) {
+        *out = mean_luma(sums, factor);
     }
 }
 

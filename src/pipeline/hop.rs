@@ -71,7 +71,7 @@ pub(super) struct Meshed {
     pub(super) ticket: Ticket,
     pub(super) frame: Frame,
     pub(super) mesh: Mesh,
-    /// How it is to be painted.
+    /// What is known of it, and wanted.
     pub(super) brief: Brief,
 }
 

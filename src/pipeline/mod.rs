@@ -318,7 +318,7 @@ fn build_mesh(
     pilot.after_mesh(&ticket, fresh);
     let call = mesher.call(&refined);
     echoes.called = call.is_some();
-    let brief = Brief { fresh, rows: ticket.orders.detail.rows, known: refined.fills, call };
+    let brief = Brief { fresh, known: refined.fills, call };
     Ok(Meshed { ticket, frame, mesh, brief })
 }
 
@@ -346,15 +346,14 @@ fn fill(
     pool: &Pool,
     tell: &Sender<Option<Echo>>,
 ) -> Result<Painted> {
-    let Meshed { mut ticket, frame, mesh, mut brief } = hop;
+    let Meshed { mut ticket, frame, mesh, brief } = hop;
     let pilot = pilot.in_charge(ticket.rehearsal);
     pilot.before_painting(&mut ticket);
     let Ticket { orders, span, rehearsal, mut report, .. } = ticket;
-    // Which may have been told to take fewer since.
-    brief.rows = orders.detail.rows;
+    let rows = orders.detail.rows;
     let called = brief.call.is_some();
     let (painting, echo) = pool.work(|| {
-        clock.time(Stage::Rasterise, &mut report, || Ok(painter.paint(&mesh, &frame, brief)))
+        clock.time(Stage::Rasterise, &mut report, || Ok(painter.paint(&mesh, &frame, rows, brief)))
     })?;
     if called {
         // Who called waits for an answer; nobody listens any more where the run has ended.

@@ -25,13 +25,12 @@ impl Canvas<'_> {
         pixels.resize(mesh.size.pixels(), [0; 4]);
         let lined = style.outline.is_some();
         let colours = if lined { fills.iter().map(|f| f.colour).collect() } else { Vec::new() };
-        if self.asked.is_some() && style.is_graded() {
+        let is_asked = self.asked.is_some();
+        if is_asked {
             self.fill_and_tell(mesh, &fills, &mut pixels);
         }
-        style.grade(&mut fills);
-        if self.asked.is_some() && !style.is_graded() {
-            self.fill_and_tell(mesh, &fills, &mut pixels);
-        } else {
+        if !is_asked || style.is_graded() {
+            style.grade(&mut fills);
             self.fill(mesh, &fills, &mut pixels);
         }
         fills.extend(style.draw(&mut pixels, mesh, &colours));

@@ -31,13 +31,11 @@ pub struct Painting {
     pub fills: Vec<Fill>,
 }
 
-/// How a frame is to be painted.
+/// What who made a mesh has to say to who paints it.
 #[derive(Clone, Debug, Default)]
 pub struct Brief {
-    /// Whether its mesh has nothing to do with the last one.
+    /// Whether it has nothing to do with the last one.
     pub fresh: bool,
-    /// Mean colours are taken from every so many rows, where a triangle has enough of them; 1 or more.
-    pub rows: u32,
     /// The means as [`Refined::fills`](crate::refine::Refined::fills) has them, or empty.
     pub known: Vec<Fill>,
     /// Asks for an echo. There is none of frames that are not opaque.
@@ -83,12 +81,19 @@ impl Painter {
     }
 
     /// Paints the next frame, see [`rasterise`]; and what the picture, before its colours are graded and
-    /// outlines drawn, is off the frame, where the `brief` asks for it.
-    pub fn paint(&mut self, mesh: &Mesh, frame: &Frame, brief: Brief) -> (Painting, Option<Echo>) {
+    /// outlines drawn, is off the frame, where the `brief` asks for it. Mean colours that are not known are
+    /// taken from every `rows`-th row, where a triangle has enough of them.
+    pub fn paint(
+        &mut self,
+        mesh: &Mesh,
+        frame: &Frame,
+        rows: u32,
+        brief: Brief,
+    ) -> (Painting, Option<Echo>) {
         let mut fills = if brief.known.len() == mesh.triangles.len() {
             seen_below(mesh, frame, brief.known)
-        } else if brief.rows > 1 {
-            sparse_means(mesh, frame, brief.rows)
+        } else if rows > 1 {
+            sparse_means(mesh, frame, rows)
         } else {
             means(mesh, frame)
         };

@@ -21,26 +21,25 @@ pub(super) fn cell_error(rows: &RowSums, frame: &Frame, triangles: usize) -> f64
             };
             let a = Point::new(place(i, far.x), place(j, far.y));
             let triangle = [a, Point::new(a.x + leg, a.y), Point::new(a.x, a.y + leg)];
-            error += match frame.is_opaque() {
+            let total = match frame.is_opaque() {
                 // From the pixels: not all rows may have been summed.
-                true => opaque_error_of(frame, triangle),
-                false => rows.squares_of(frame, triangle) - rows.wide(triangle).explained(),
+                true => opaque_total(frame, triangle),
+                false => rows.wide(triangle),
             };
+            error += rows.squares_of(frame, triangle) - total.explained();
         }
     }
     error / f64::from(ALONG * ALONG)
 }
 
-/// The squared error of a triangle in its mean colour.
-fn opaque_error_of(frame: &Frame, triangle: [Point; 3]) -> f64 {
-    let (mut count, mut sums, mut squares) = (0, [0i64; 3], 0i64);
+/// What the pixels of a triangle add up to, one by one.
+fn opaque_total(frame: &Frame, triangle: [Point; 3]) -> Total {
+    let (mut count, mut sums) = (0, [0i64; 3]);
     scan::spans(triangle, 0..frame.size().height, |y, columns| {
         count += columns.len() as i64;
-        for &[r, g, b, _] in &frame.row(y)[columns] {
-            let pixel = [r, g, b].map(i64::from);
-            squares += pixel.iter().map(|v| v * v).sum::<i64>();
-            sums = [0, 1, 2].map(|i| sums[i] + pixel[i]);
+        for pixel in &frame.row(y)[columns] {
+            sums = [0, 1, 2].map(|i| sums[i] + i64::from(pixel[i]));
         }
     });
-    squares as f64 - Total::new(count, sums, 0).explained()
+    Total::new(count, sums, 0)
 }

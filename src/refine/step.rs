@@ -66,6 +66,10 @@ impl Stepper {
         } else {
             self.rest.reset(surface);
         }
+        self.start(surface, carried);
+    }
+
+    fn start(&mut self, surface: &Surface, carried: bool) {
         self.worth.reset(surface.at.len());
         self.errors.begin(surface, carried);
         self.since = surface.clock;
@@ -83,10 +87,8 @@ impl Stepper {
             self.rest.reset(surface);
         }
         self.rest.wake_some(surface, here, field);
-        self.worth.reset(surface.at.len());
-        self.errors.forget();
-        self.errors.begin(surface, carried);
-        self.since = surface.clock;
+        // Of errors elsewhere nothing is kept up.
+        self.start(surface, false);
     }
 
     /// Re-places up to `most` vertices, not more than there are wrong places, and turns edges; none moves.

@@ -158,11 +158,11 @@ impl Surface {
         self.awake.resize(self.at.len(), true);
     }
 
-    /// Takes `mesh`, of as many vertices and triangles as the one at hand, over from the last frame.
+    /// Takes `mesh` over from the last frame.
     /// Returns whether its triangles are still the same: then only vertices have moved, and triangles
     /// and half-edges keep their numbers.
     pub(super) fn relink(&mut self, mesh: &Mesh) -> bool {
-        let same = mesh.triangles == self.stored;
+        let same = mesh.size == self.size && mesh.triangles == self.stored;
         if same {
             self.at.clone_from(&mesh.vertices);
             self.clock += 1;

@@ -74,9 +74,8 @@ impl Refiner {
             return Refined::default();
         };
         rayon::scope(|_| {
-            let carried = mesh.size == surface.size && surface.relink(mesh);
+            let carried = surface.relink(mesh);
             if !carried {
-                surface.link(mesh);
                 stepper.forget(surface.at.len());
             }
             let here = overlapping(surface, strip);

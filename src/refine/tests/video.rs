@@ -198,8 +198,8 @@ fn an_echo_lowers_flicker() {
         for frame in &frames {
             refiner.resume(&mut mesh, frame, &RefineOptions::live(), echo);
             assert_eq!(mesh.check(), Ok(()));
-            let brief = Brief { rows: 1, call: refiner.call(coherence), ..Brief::default() };
-            let (painted, told) = painter.paint(&mesh, frame, brief);
+            let brief = Brief { call: refiner.call(coherence), ..Brief::default() };
+            let (painted, told) = painter.paint(&mesh, frame, 1, brief);
             echo = told;
             let painted = painted.frame;
             if let Some((before, source)) = &last {
