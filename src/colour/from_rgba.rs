@@ -1,8 +1,6 @@
 //! From pixels to planes.
 
-use rayon::prelude::*;
-
-use super::{Coding, FRACTION, Layout, MEAN_BITS, ROWS, Sampling, Siting, codes, fixed, weights};
+use super::{Coding, FRACTION, Layout, MEAN_BITS, Sampling, Siting, codes, fixed, weights};
 use crate::frame::Rgba;
 use crate::geom::Size;
 use crate::vector::widest;
@@ -64,18 +62,18 @@ pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, o
     let (u, rest) = rest.split_at_mut(chroma_width * chroma_height);
     let (v, alpha) = rest.split_at_mut(chroma_width * chroma_height);
     if chroma_width == 0 {
-        luma.par_chunks_mut(width).enumerate().with_min_len(ROWS).for_each(|(y, out)| {
+        for (y, out) in luma.chunks_mut(width).enumerate() {
             widest(
                 #[inline(always)]
                 || brightness(&factors, row(y), out),
             );
-        });
+        }
     } else {
         // The rows that share one of chroma, while they are in the cache.
         let rows = if layout.sampling == Sampling::Yuv420 { 2 } else { 1 };
-        let chroma = u.par_chunks_mut(chroma_width).zip(v.par_chunks_mut(chroma_width));
-        let both = luma.par_chunks_mut(rows * width).zip(chroma).enumerate();
-        both.with_min_len(ROWS).for_each_init(Columns::default, |columns, (y, (luma, (u, v)))| {
+        let chroma = u.chunks_mut(chroma_width).zip(v.chunks_mut(chroma_width));
+        let mut columns = Columns::default();
+        for (y, (luma, (u, v))) in luma.chunks_mut(rows * width).zip(chroma).enumerate() {
             let first = rows * y;
             let last = (first + rows).min(full.height as usize) - 1;
             widest(
@@ -88,15 +86,15 @@ pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, o
                     columns.narrow(layout, &factors, u, v);
                 },
             );
-        });
+        }
     }
     if layout.alpha {
-        alpha.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
+        for (y, out) in alpha.chunks_mut(width).enumerate() {
             let source = row(y);
             for (x, out) in out.iter_mut().enumerate() {
                 *out = source[x.min(source.len() - 1)][3];
             }
-        });
+        }
     }
 }
 

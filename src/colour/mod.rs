@@ -16,8 +16,6 @@ use crate::geom::Size;
 
 /// Bits of fraction in a conversion; the largest sum stays below 2^30.
 const FRACTION: u32 = 18;
-/// Rows that make one piece of work at least.
-const ROWS: usize = 16;
 /// Interpolated chroma is in sixteenths, averaged RGB in eighths.
 const CHROMA_BITS: u32 = 4;
 const MEAN_BITS: u32 = 3;

@@ -1,8 +1,6 @@
 //! From planes to pixels.
 
-use rayon::prelude::*;
-
-use super::{CHROMA_BITS, Coding, FRACTION, Layout, ROWS, Sampling, Siting, codes, fixed, weights};
+use super::{CHROMA_BITS, Coding, FRACTION, Layout, Sampling, Siting, codes, fixed, weights};
 use crate::frame::Rgba;
 use crate::vector::widest;
 
@@ -60,27 +58,25 @@ pub fn to_rgba(layout: &Layout, coding: Coding, data: &[u8], out: &mut Vec<Rgba>
     let (v, alpha) = rest.split_at(chroma_width * chroma_height);
     let factors = FromYuv::new(coding);
     out.resize(pixels, [0; 4]);
-    let rows = out.par_chunks_mut(width).enumerate().with_min_len(ROWS);
-    rows.for_each_init(
-        || [vec![0u16; width], vec![0u16; width], vec![0u16; chroma_width]],
-        |[us, vs, blend], (row, out)| {
-            widest(
-                #[inline(always)]
-                || {
-                    if layout.sampling == Sampling::Gray {
-                        us.fill(128 << CHROMA_BITS);
-                        vs.fill(128 << CHROMA_BITS);
-                    } else {
-                        upsample(layout, u, row, blend, us);
-                        upsample(layout, v, row, blend, vs);
-                    }
-                    let luma = &luma[row * width..][..width];
-                    let alpha = layout.alpha.then(|| &alpha[row * width..][..width]);
-                    join(&factors, luma, (us, vs), alpha, out);
-                },
-            );
-        },
-    );
+    let [mut us, mut vs] = [vec![0u16; width], vec![0u16; width]];
+    let mut blend = vec![0u16; chroma_width];
+    for (row, out) in out.chunks_mut(width).enumerate() {
+        widest(
+            #[inline(always)]
+            || {
+                if layout.sampling == Sampling::Gray {
+                    us.fill(128 << CHROMA_BITS);
+                    vs.fill(128 << CHROMA_BITS);
+                } else {
+                    upsample(layout, u, row, &mut blend, &mut us);
+                    upsample(layout, v, row, &mut blend, &mut vs);
+                }
+                let luma = &luma[row * width..][..width];
+                let alpha = layout.alpha.then(|| &alpha[row * width..][..width]);
+                join(&factors, luma, (&us, &vs), alpha, out);
+            },
+        );
+    }
 }
 
 /// A row of pixels from luma, chroma in sixteenths, and alpha where there is any.

@@ -9,7 +9,7 @@
 //! order, and at most [`IN_FLIGHT`] of them exist at a time, however long the input is. Sampling and
 //! triangulation share a thread, because the seeds that a frame ends with are those that the next one
 //! starts from; one thing goes back, the [echo](crate::echo) that the next frame's refinement waits for, and
-//! memory to be filled again. rayon works inside a frame; nothing waits for a channel inside a rayon worker.
+//! memory to be filled again. rayon works inside a frame; nothing waits for a channel inside its work.
 //!
 //! The pictures are those of [`crate::render::Renderer`], byte for byte.
 
@@ -120,7 +120,6 @@ pub fn run(
         Some(controls) => controls.clone(),
         None => Controls::new(settings.options.clone())?,
     };
-    let pools = &Pool::three(settings.threads)?;
     let pilot = &Pilot::new(&settings.guide);
     let began = Instant::now();
     let over = AtomicBool::new(false);
@@ -141,7 +140,7 @@ pub fn run(
         let spent = (!sink.wants_origin()).then_some(return_spent);
         let (return_canvas, canvases) = bounded(ROOM);
         let returns = Returns { spent, canvases };
-        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, pools, returns)?;
+        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, settings.threads, returns)?;
         let (tell, told) = bounded(ROOM);
         let keep_truncated = settings.allow_truncated;
         let delivery = Delivery { sink, tell, return_canvas, stop, keep_truncated };
@@ -204,7 +203,7 @@ fn spawn_chain<'s, 'e>(
     admitted: Receiver<Result<Admitted>>,
     controls: &Controls,
     pilot: &'e Pilot,
-    [looking, meshing, painting]: &'e [Pool; 3],
+    threads: Option<NonZeroUsize>,
     Returns { spent, canvases }: Returns,
 ) -> Result<Chain<'s>> {
     let options = controls.options();
@@ -213,11 +212,11 @@ fn spawn_chain<'s, 'e>(
     let mut extractor = Extractor::new(&options);
     let mut tuned = options.clone();
     let look_thread = spawn(scope, "features", move || {
-        station.run(admitted, |clock, hop| {
+        station.run_in_pool(threads, admitted, |pool, clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 extractor.retune(options);
             }
-            features(&mut extractor, hop, clock, pilot, looking)
+            features(&mut extractor, hop, clock, pilot, pool)
         });
     })?;
     let (mesh, meshed) = bounded(ROOM);
@@ -227,11 +226,11 @@ fn spawn_chain<'s, 'e>(
     let mut echoes = Echoes { told, called: false };
     let mut tuned = options.clone();
     let mesh_thread = spawn(scope, "mesh", move || {
-        station.run(extracted, |clock, hop| {
+        station.run_in_pool(threads, extracted, |pool, clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 mesher.retune(options);
             }
-            build_mesh(&mut mesher, hop, clock, pilot, meshing, &mut echoes)
+            build_mesh(&mut mesher, hop, clock, pilot, pool, &mut echoes)
         });
     })?;
     let (paint, painted) = bounded(ROOM);
@@ -239,14 +238,14 @@ fn spawn_chain<'s, 'e>(
     let mut painter = Painter::new(&options);
     let mut tuned = options;
     let paint_thread = spawn(scope, "rasterise", move || {
-        station.run(meshed, |clock, hop| {
+        station.run_in_pool(threads, meshed, |pool, clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 painter.retune(options);
             }
             if let Ok(canvas) = canvases.try_recv() {
                 painter.reuse(canvas);
             }
-            let mut painted = fill(&mut painter, hop, clock, pilot, painting, &tell)?;
+            let mut painted = fill(&mut painter, hop, clock, pilot, pool, &tell)?;
             if let Some(spent) = &spent
                 && let Some(origin) = painted.origin.take()
             {

@@ -4,8 +4,8 @@ use std::num::NonZeroUsize;
 
 use crate::error::{Error, Result};
 
-/// A stage's pool of threads. The stage's own thread waits for it, but nothing inside it waits for a
-/// stage.
+/// A stage's pool of threads, the first of which is the stage's own: it does not hand its work over and
+/// wait. It waits for channels between frames only; nothing inside the pool's work does.
 ///
 /// Level one, the mesh and the rasteriser have one each: in a common queue a short piece of work waits
 /// for a long one of another stage, and takes as long as it. Measured on 720p video with one step of
@@ -13,22 +13,21 @@ use crate::error::{Error, Result};
 pub(super) struct Pool(rayon::ThreadPool);
 
 impl Pool {
-    /// Three pools of `threads` each; `None` is a thread a core.
-    pub(super) fn three(threads: Option<NonZeroUsize>) -> Result<[Self; 3]> {
-        Ok([Self::new(threads)?, Self::new(threads)?, Self::new(threads)?])
-    }
-
-    fn new(threads: Option<NonZeroUsize>) -> Result<Self> {
+    /// The calling thread and as many more as make `threads`; `None` is a thread a core. A thread can be
+    /// in one pool only, and rayon keeps the few KiB that it knows of it for good.
+    pub(super) fn here(threads: Option<NonZeroUsize>) -> Result<Self> {
         // Nought is rayon's word for a thread a core.
         let threads = threads.map_or(0, NonZeroUsize::get);
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .thread_name(|n| format!("inside-{n}"))
+            .use_current_thread()
             .build()
             .map(Self)
             .map_err(|error| Error::usage(format!("{threads} threads cannot be had: {error}")))
     }
 
+    /// Does `job` on the calling thread, [which the pool was made on](Pool::here), with the others' help.
     pub(super) fn work<T: Send>(&self, job: impl FnOnce() -> T + Send) -> T {
         self.0.install(job)
     }

@@ -1,5 +1,6 @@
 //! A stage's place of work: its clock, its way out, and what it does about errors and panics.
 
+use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use crossbeam_channel::{Receiver, Sender};
@@ -7,6 +8,7 @@ use crossbeam_channel::{Receiver, Sender};
 use crate::error::{Error, Result};
 use crate::stage::Stage;
 
+use super::pool::Pool;
 use super::report::FrameReport;
 
 /// The only clock of the program that frames meet. It knows which stage its thread is working on.
@@ -71,6 +73,21 @@ impl<T> Station<T> {
             let done = hop.and_then(|hop| work(&mut self.clock, hop));
             if !self.send(done) {
                 return;
+            }
+        }
+    }
+
+    /// As [`Station::run`], with a pool of `threads` of which this one is the first.
+    pub(super) fn run_in_pool<A>(
+        self,
+        threads: Option<NonZeroUsize>,
+        inbox: Receiver<Result<A>>,
+        mut work: impl FnMut(&Pool, &mut Clock, A) -> Result<T>,
+    ) {
+        match Pool::here(threads) {
+            Ok(pool) => self.run(inbox, |clock, hop| work(&pool, clock, hop)),
+            Err(error) => {
+                self.send(Err(error));
             }
         }
     }

@@ -26,6 +26,10 @@ const LINE: usize = 400;
 /// The longest that the end of a child may go unnoticed.
 const MOST_PAUSE: Duration = Duration::from_millis(20);
 
+/// By how much a child that [gives way](Child::give_way) is nicer than we are: what `nice` gives.
+#[cfg(unix)]
+const NICE: i32 = 10;
+
 /// What a child has said on standard error.
 #[derive(Default)]
 struct Words {
@@ -124,6 +128,18 @@ impl Child {
     /// Gives it a minute to go on: it waits for a network or a camera.
     pub(crate) fn be_patient(&self) {
         self.watch.patience.store(LONG_PATIENCE, Ordering::Relaxed);
+    }
+
+    /// Lets other threads go first where there are not cores enough. To be called before it has threads
+    /// of its own, which on Linux keep the priority that they were begun with.
+    pub(crate) fn give_way(&self) {
+        #[cfg(unix)]
+        {
+            use rustix::process::{Pid, getpriority_process, setpriority_process};
+            let nice = getpriority_process(None).map_or(0, |own| own + NICE);
+            // Where it is not allowed it stays as it is.
+            let _ = setpriority_process(Some(Pid::from_child(&self.inner)), nice);
+        }
     }
 
     /// Makes it one of those that [`hang_up`](crate::source::hang_up) ends.
