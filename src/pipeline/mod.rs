@@ -140,7 +140,8 @@ pub fn run(
         let spent = (!sink.wants_origin()).then_some(return_spent);
         let (return_canvas, canvases) = bounded(ROOM);
         let returns = Returns { spent, canvases };
-        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, settings.threads, returns)?;
+        let (chain, painted) =
+            spawn_chain(scope, admitted, &controls, pilot, settings.threads, returns)?;
         let (tell, told) = bounded(ROOM);
         let keep_truncated = settings.allow_truncated;
         let delivery = Delivery { sink, tell, return_canvas, stop, keep_truncated };

@@ -13,12 +13,12 @@ use tempfile::TempDir;
 
 use crate::given::*;
 
-/// Encodes until something goes wrong; what went wrong. Nothing may be left of the output.
-fn encode_with(dir: &TempDir, ffmpeg: PathBuf, ffmpeg_args: &[&str]) -> Error {
-    let size = Size::new(320, 240);
-    let out = dir.path().join("out.mp4");
+const SIZE: Size = Size::new(320, 240);
+
+/// An encoder to `out.mp4`.
+fn encoder(dir: &TempDir, ffmpeg: PathBuf, ffmpeg_args: &[&str]) -> Box<VideoSink> {
     let spec = VideoSpec {
-        size,
+        size: SIZE,
         rate: Some(Rational::new(10, 1)),
         duration: None,
         colour: Some(Colorimetry::default()),
@@ -27,8 +27,14 @@ fn encode_with(dir: &TempDir, ffmpeg: PathBuf, ffmpeg_args: &[&str]) -> Error {
     let mut options = fast();
     options.video.ffmpeg = Some(ffmpeg);
     options.video.ffmpeg_args = ffmpeg_args.iter().map(|arg| (*arg).to_string()).collect();
-    let mut sink = Box::new(VideoSink::create(&out, spec, &options).expect("it starts"));
-    let written = (0..200).try_for_each(|i| sink.write(flat(size, i)));
+    let out = dir.path().join("out.mp4");
+    Box::new(VideoSink::create(&out, spec, &options).expect("it starts"))
+}
+
+/// Encodes until something goes wrong; what went wrong. Nothing may be left of the output.
+fn encode_with(dir: &TempDir, ffmpeg: PathBuf, ffmpeg_args: &[&str]) -> Error {
+    let mut sink = encoder(dir, ffmpeg, ffmpeg_args);
+    let written = (0..200).try_for_each(|i| sink.write(flat(SIZE, i)));
     let error = match written {
         Ok(()) => sink.finish().expect_err("it cannot succeed"),
         Err(error) => {
@@ -43,6 +49,23 @@ fn encode_with(dir: &TempDir, ffmpeg: PathBuf, ffmpeg_args: &[&str]) -> Error {
         .collect();
     assert!(left.iter().all(|name| name == "stand-in"), "left behind: {left:?}");
     error
+}
+
+/// Without that it takes turns with the frames that it waits for.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_encoder_gives_way() {
+    let dir = folder();
+    let told = dir.path().join("nice");
+    // Begun before it is made nicer; what it begins later is as nice.
+    let script = format!("cat >/dev/null; nice >'{}'; exit 1", told.display());
+    let mut sink = encoder(&dir, stand_in(&dir, &script), &[]);
+    sink.write(flat(SIZE, 0)).expect("it reads");
+    sink.finish().expect_err("it writes nothing");
+    let ours = std::process::Command::new("nice").output().expect("coreutils").stdout;
+    let nice = |text: &str| text.trim().parse::<i32>().expect("a number");
+    let theirs = nice(&std::fs::read_to_string(told).expect("it said it"));
+    assert_eq!(theirs, (nice(&String::from_utf8_lossy(&ours)) + 10).min(19));
 }
 
 #[test]
