@@ -1,6 +1,6 @@
 //! What changed since the frame before: cuts and motion.
 
-use crate::flow::motion::{Motion, Small, block_correlations, block_differences, blocks};
+use crate::flow::motion::{Motion, Small, block_correlations, block_differences, blocks, textured};
 use crate::frame::Frame;
 use crate::geom::Size;
 
@@ -78,12 +78,15 @@ impl Watcher {
         let motion = Motion::between(&seen.previous, &small, &changed);
         let share = changed.iter().filter(|&&c| c).count() as f32 / changed.len() as f32;
         if share > CUT_CHANGED {
-            let likeness = Likeness::of(&seen.previous, &small, &motion);
-            if likeness.now_empty {
+            if is_empty(&small) {
                 return self.wait(seen, small);
             }
-            let new_scene = share > CUT_WIDE || likeness.shift > CUT_SHIFT;
-            if new_scene && likeness.correlation < CUT_CORRELATION && !seen.comes_back(&small) {
+            let last = &seen.previous;
+            let new_scene = share > CUT_WIDE || histogram_distance(last, &small) > CUT_SHIFT;
+            if new_scene
+                && correlation(last, &small, &motion) < CUT_CORRELATION
+                && !seen.comes_back(&small)
+            {
                 return self.begin(small);
             }
         }
@@ -110,7 +113,7 @@ impl Seen {
     fn comes_back(&self, small: &Small) -> bool {
         self.before_flash.as_ref().is_some_and(|(last, _)| {
             let motion = Motion::between(last, small, &vec![true; block_count(small)]);
-            Likeness::of(last, small, &motion).correlation >= CUT_CORRELATION
+            correlation(last, small, &motion) >= CUT_CORRELATION
         })
     }
 }
@@ -120,29 +123,19 @@ fn block_count(small: &Small) -> usize {
     columns.len() * rows.len()
 }
 
-/// How much a frame is like one before.
-#[derive(Clone, Copy, Debug)]
-struct Likeness {
-    /// The mean of the textured blocks' correlations, each block where it went.
-    correlation: f32,
-    /// Total variation distance of their histograms of luma, 0..1.
-    shift: f32,
-    /// Whether the newer frame has hardly any texture.
-    now_empty: bool,
+/// Whether a frame has hardly any texture.
+fn is_empty(small: &Small) -> bool {
+    (textured(small) as f32) < EMPTY * block_count(small) as f32
 }
 
-impl Likeness {
-    fn of(from: &Small, to: &Small, motion: &Motion) -> Self {
-        let correlations = block_correlations(from, to, motion);
-        let known: Vec<f32> = correlations.iter().copied().flatten().collect();
-        let mean = known.iter().sum::<f32>() / known.len().max(1) as f32;
-        let textured = block_correlations(to, to, &Motion::rest(to)).iter().flatten().count();
-        Self {
-            shift: histogram_distance(from, to),
-            correlation: if known.is_empty() { 1.0 } else { mean },
-            now_empty: (textured as f32) < EMPTY * correlations.len() as f32,
-        }
+/// The mean of the textured blocks' correlations, each block where it went; 1 where there are none.
+fn correlation(from: &Small, to: &Small, motion: &Motion) -> f32 {
+    let (mut sum, mut count) = (0.0, 0);
+    for known in block_correlations(from, to, motion).into_iter().flatten() {
+        sum += known;
+        count += 1;
     }
+    if count == 0 { 1.0 } else { sum / count as f32 }
 }
 
 /// Total variation distance of two pictures' luma histograms, 32 bins each: 0 for equal ones, 1 for

@@ -250,11 +250,9 @@ impl Grid {
 
 /// The mean absolute difference of each block between two small pictures, 0..255, row by row.
 pub fn block_differences(a: &Small, b: &Small) -> Vec<f32> {
-    let (columns, rows) = blocks(a);
     let Size { width, height } = a.plane().size();
     let (w, h) = (PATCH.min(width as usize), PATCH.min(height as usize));
-    let places = rows.iter().flat_map(|&y| columns.iter().map(move |&x| (x, y)));
-    places
+    places(a)
         .map(|(x, y)| {
             let mut sum = 0.0;
             for v in y..y + h {
@@ -270,25 +268,48 @@ pub fn block_differences(a: &Small, b: &Small) -> Vec<f32> {
 /// How well `motion` explains `to`: for each block the correlation, -1..1, of what stood there in
 /// `from` with where it went; `None` for blocks without texture in either.
 pub fn block_correlations(from: &Small, to: &Small, motion: &Motion) -> Vec<Option<f32>> {
-    let (columns, rows) = blocks(from);
-    let places = rows.iter().flat_map(|&y| columns.iter().map(move |&x| (x, y)));
     let correlation = |(place, vector): ((usize, usize), &[f32; 2])| {
         let window = Window::new(from.plane().size(), place);
-        let n = window.count() as f32;
-        let centred = |plane: &Plane<f32>, vector: [f32; 2]| {
-            let mut values = window.look(plane, vector);
-            let mean = sum(&values) / n;
-            values[..window.count()].iter_mut().for_each(|v| *v -= mean);
-            values
-        };
-        let a = centred(from.plane(), [0.0; 2]);
-        let b = centred(to.plane(), vector.map(|v| v / from.factor as f32));
+        let grain = GRAIN * window.count() as f32;
+        let a = centred(window, from.plane(), [0.0; 2]);
+        let b = centred(window, to.plane(), vector.map(|v| v / from.factor as f32));
         let (aa, bb, ab) = (dot(&a, &a), dot(&b, &b), dot(&a, &b));
-        // Below a standard deviation of 2 levels there is grain, not texture.
-        let texture = aa.max(bb) > 4.0 * n;
-        texture.then(|| ab / (aa.max(4.0 * n) * bb.max(4.0 * n)).sqrt())
+        (aa.max(bb) > grain).then(|| ab / (aa.max(grain) * bb.max(grain)).sqrt())
     };
-    places.zip(&motion.vectors).map(correlation).collect()
+    places(from).zip(&motion.vectors).map(correlation).collect()
+}
+
+/// The number of blocks with texture.
+pub fn textured(small: &Small) -> usize {
+    let is_textured = |&place: &(usize, usize)| {
+        widest(
+            #[inline(always)]
+            || {
+                let window = Window::new(small.plane().size(), place);
+                let values = centred(window, small.plane(), [0.0; 2]);
+                dot(&values, &values) > GRAIN * window.count() as f32
+            },
+        )
+    };
+    places(small).filter(is_textured).count()
+}
+
+/// Below this variance, in squared levels, there is grain, not texture.
+const GRAIN: f32 = 4.0;
+
+/// Where the blocks begin, row by row.
+fn places(small: &Small) -> impl Iterator<Item = (usize, usize)> {
+    let (columns, rows) = blocks(small);
+    rows.into_iter().flat_map(move |y| columns.clone().into_iter().map(move |x| (x, y)))
+}
+
+/// What `window` shows of `plane`, a vector further, less its mean.
+#[inline(always)]
+fn centred(window: Window, plane: &Plane<f32>, vector: [f32; 2]) -> [f32; PATCH * PATCH] {
+    let mut values = window.look(plane, vector);
+    let mean = sum(&values) / window.count() as f32;
+    values[..window.count()].iter_mut().for_each(|v| *v -= mean);
+    values
 }
 
 #[cfg(test)]
