@@ -75,8 +75,8 @@ pub struct Settings {
     pub controls: Option<Controls>,
     /// What decides how much detail frames have. Default [`Guide::Options`].
     pub guide: Guide,
-    /// Threads that work inside a frame, for each of the three stages between decode and encode; `None`
-    /// is a thread a core. The stages' own threads come on top. Default `None`.
+    /// Threads that work inside a frame, for each of the three stages between decode and encode, the
+    /// stage's own among them; `None` is a thread a core. Default `None`.
     pub threads: Option<NonZeroUsize>,
     /// Whether the source is live: frames that find no room are dropped, the newest is kept.
     /// Default `false`.
