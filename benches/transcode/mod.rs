@@ -123,7 +123,9 @@ fn polyreel(clip: &Path, output: &Path, steps: u32) -> (Duration, Summary) {
     let inputs = [clip.to_string_lossy().into_owned()];
     let input = source::open(&inputs, &SourceOptions::default()).expect("a clip");
     let info = input.info().clone();
-    let sink = VideoSink::create(output, VideoSpec::of(&info, info.size), &encoding(CRF));
+    let mut with = encoding(CRF);
+    with.video.gives_way = steps > 0;
+    let sink = VideoSink::create(output, VideoSpec::of(&info, info.size), &with);
     let sink = Box::new(sink.expect("a sink"));
     let settings = Settings { options: with_steps(steps), ..Settings::default() };
     let summary = run(|| input.start(), sink, &settings, &mut (), &Stop::default());

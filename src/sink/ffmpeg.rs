@@ -124,9 +124,11 @@ impl VideoSink {
         args.push(child::address(place.path()));
         let fail = |what: String| Error::output(path, what);
         let mut child = Child::spawn(&child::ffmpeg_program(ffmpeg), &args).map_err(fail)?;
-        // The stages before it work one after the other on a frame: when they have to wait for their
-        // turn the encoder runs dry, and then a core has nothing to do.
-        child.give_way();
+        if options.gives_way {
+            // When the stages before it have to wait for their turn it runs dry, and then a core has
+            // nothing to do.
+            child.give_way();
+        }
         let stdin =
             child.stdin().ok_or_else(|| fail("ffmpeg came without standard input".into()))?;
         // A failure to write is told at the first frame, with what ffmpeg says of it.

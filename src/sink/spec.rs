@@ -23,6 +23,10 @@ pub struct VideoOptions {
     pub ffmpeg_args: Vec<String>,
     /// The program to use as ffmpeg. Default `None`: the one on the search path.
     pub ffmpeg: Option<PathBuf>,
+    /// Whether the encoder runs at a lower priority than we do, by 10 as with `nice`: right where the
+    /// stages before it take longer than it does, as with refinement. Elsewhere it would only lose to
+    /// other programs. Default false.
+    pub gives_way: bool,
 }
 
 impl Default for VideoOptions {
@@ -34,6 +38,7 @@ impl Default for VideoOptions {
             audio: true,
             ffmpeg_args: Vec::new(),
             ffmpeg: None,
+            gives_way: false,
         }
     }
 }

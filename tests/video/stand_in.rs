@@ -27,6 +27,7 @@ fn encoder(dir: &TempDir, ffmpeg: PathBuf, ffmpeg_args: &[&str]) -> Box<VideoSin
     let mut options = fast();
     options.video.ffmpeg = Some(ffmpeg);
     options.video.ffmpeg_args = ffmpeg_args.iter().map(|arg| (*arg).to_string()).collect();
+    options.video.gives_way = true;
     let out = dir.path().join("out.mp4");
     Box::new(VideoSink::create(&out, spec, &options).expect("it starts"))
 }

@@ -236,6 +236,7 @@ impl VideoArgs {
             audio: !self.no_audio,
             ffmpeg_args: ffmpeg_args.map_err(Error::Usage)?.unwrap_or_default(),
             ffmpeg: input.ffmpeg.clone(),
+            ..VideoOptions::default()
         })
     }
 }

@@ -12,6 +12,8 @@ use polyreel::pipeline::{
     self, Controls, Ending, Guide, InputReport, OutputReport, Report, Script, Settings, Stop,
     Summary,
 };
+use polyreel::refine::RefineOptions;
+use polyreel::sink::ffmpeg::VideoOptions;
 use polyreel::sink::{self, SinkOptions};
 use polyreel::source::{self, Input, SourceOptions};
 use polyreel::stage::Stage;
@@ -41,7 +43,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let window =
         args.run.preview.then(|| Beside::open(&args.input.inputs, &info, controls.clone()));
     let window = window.transpose()?;
-    let sink = sink::create(output, &info, &sink_options(args, &input)?)?;
+    let sink = sink::create(output, &info, &sink_options(args, &options, &input)?)?;
     let mut warnings = sink.warnings().to_vec();
     if !args.run.quiet {
         warnings.iter().for_each(|warning| eprintln!("polyreel: warning: {warning}"));
@@ -110,13 +112,14 @@ fn guide(args: &RenderArgs, options: &Options, info: &StreamInfo) -> Result<Guid
     Ok(if info.still { Guide::Options } else { Guide::Budget(time) })
 }
 
-fn sink_options(args: &RenderArgs, input: &Input) -> Result<SinkOptions> {
+fn sink_options(args: &RenderArgs, options: &Options, input: &Input) -> Result<SinkOptions> {
     let defaults = SinkOptions::default();
+    let gives_way = RefineOptions::plan(options, false).steps > 0;
     Ok(SinkOptions {
         overwrite: args.write.overwrite,
         background: args.write.background.map_or(defaults.background, |colour| colour.0),
         inputs: input.paths().to_vec(),
-        video: args.video.options(&args.input)?,
+        video: VideoOptions { gives_way, ..args.video.options(&args.input)? },
         sound: input.sound().cloned(),
         ..defaults
     })
