@@ -14,7 +14,7 @@ pub(super) struct Pool(rayon::ThreadPool);
 
 impl Pool {
     /// The calling thread and as many more as make `threads`; `None` is a thread a core. A thread can be
-    /// in one pool only, and rayon keeps the few KiB that it knows of it for good.
+    /// in one pool only, and rayon keeps what it knows of that pool, some 10 KiB, for good.
     pub(super) fn here(threads: Option<NonZeroUsize>) -> Result<Self> {
         // Nought is rayon's word for a thread a core.
         let threads = threads.map_or(0, NonZeroUsize::get);
