@@ -46,6 +46,7 @@ pub mod governor;
 pub mod hex;
 pub mod mesh;
 pub mod metric;
+mod nearby;
 pub mod options;
 pub mod pattern;
 pub mod pipeline;

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::Field;
 use super::rest::Rest;
 use super::share::Turn;
-use super::surface::Surface;
+use super::surface::{Surface, permute};
 
 /// Triangles that one piece of work looks at.
 const PACK: usize = 64;
@@ -21,15 +21,27 @@ const TURNS: u32 = 8;
 /// gains, for its error to be taken anew before its turn.
 const CHANGED: f64 = 4.0;
 
+/// What is known of a triangle's error.
+#[derive(Clone, Copy, Debug)]
+struct Known {
+    /// Infinite where it is not known.
+    error: f64,
+    /// When that was found, in ticks of the surface's clock.
+    asked: u32,
+    /// The mean colour that the triangle had then.
+    colour: [f32; 4],
+}
+
+impl Known {
+    const NOTHING: Self = Self { error: f64::INFINITY, asked: 0, colour: [0.0; 4] };
+}
+
 /// The squared error of each triangle, and when it was found.
 #[derive(Debug, Default)]
 pub(super) struct Errors {
-    /// Infinite where it is not known.
-    error: Vec<f64>,
-    /// When that was found, in ticks of the surface's clock.
-    asked: Vec<u32>,
-    /// The mean colour that the triangle had then.
-    colour: Vec<[f32; 4]>,
+    known: Vec<Known>,
+    /// Memory for the same in another order.
+    spare: Vec<Known>,
     /// Frames since nothing was known.
     frames: u32,
     /// When this frame began.
@@ -39,20 +51,23 @@ pub(super) struct Errors {
 impl Errors {
     /// Forgets everything.
     pub(super) fn forget(&mut self) {
-        self.error.clear();
+        self.known.clear();
+    }
+
+    /// The triangles have new numbers; `old` has those that they had.
+    pub(super) fn renumber(&mut self, old: &[u32]) {
+        if self.known.len() == old.len() {
+            permute(&mut self.known, old, &mut self.spare);
+        }
     }
 
     /// A new frame. Those of the frame before are remembered if the mesh was `carried` over from it.
     pub(super) fn begin(&mut self, surface: &Surface, carried: bool) {
         self.begin = surface.clock;
         self.frames = self.frames.wrapping_add(1);
-        if !carried || self.error.len() != surface.triangles() {
-            self.error.clear();
-            self.error.resize(surface.triangles(), f64::INFINITY);
-            self.asked.clear();
-            self.asked.resize(surface.triangles(), 0);
-            self.colour.clear();
-            self.colour.resize(surface.triangles(), [0.0; 4]);
+        if !carried || self.known.len() != surface.triangles() {
+            self.known.clear();
+            self.known.resize(surface.triangles(), Known::NOTHING);
             self.frames = 0;
         }
     }
@@ -61,24 +76,24 @@ impl Errors {
     /// a [running](super::RefineOptions::running) video.
     pub(super) fn update(&mut self, surface: &Surface, rest: &Rest, turn: Turn, field: Field) {
         let (begin, quarter) = (self.begin, self.frames % TURNS);
-        let is_due = |t: u32, error: f64, asked: u32, colour: &[f32; 4]| {
+        let is_due = |t: u32, known: &Known| {
             if !field.running {
-                return surface.stamp[t as usize] >= asked;
+                return surface.stamp[t as usize] >= known.asked;
             }
-            error.is_infinite()
-                || surface.mean[t as usize].change_from(colour) >= CHANGED * field.least_gain
-                || (asked < begin && t % TURNS == quarter)
+            known.error.is_infinite()
+                || surface.mean[t as usize].change_from(&known.colour) >= CHANGED * field.least_gain
+                || (known.asked < begin && t % TURNS == quarter)
         };
-        let errors = self.error.par_chunks_mut(PACK).zip(self.asked.par_chunks_mut(PACK));
-        let packs = errors.zip(self.colour.par_chunks_mut(PACK)).enumerate();
-        packs.for_each(|(pack, ((errors, asked), colours))| {
-            let known = errors.iter_mut().zip(asked).zip(colours);
-            for (t, ((error, asked), colour)) in ((pack * PACK) as u32..).zip(known) {
+        self.known.par_chunks_mut(PACK).enumerate().for_each(|(pack, known)| {
+            for (t, known) in ((pack * PACK) as u32..).zip(known) {
                 let is_wanted = turn.has(t) && rest.allows_triangle(surface, t);
-                if is_wanted && is_due(t, *error, *asked, colour) {
-                    (*asked, *colour) = (surface.clock, surface.mean[t as usize].colour);
+                if is_wanted && is_due(t, known) {
                     let squares = field.rows.squares_of(field.frame, surface.corners(t));
-                    *error = squares + surface.cost[t as usize].error;
+                    *known = Known {
+                        error: squares + surface.cost[t as usize].error,
+                        asked: surface.clock,
+                        colour: surface.mean[t as usize].colour,
+                    };
                 }
             }
         });
@@ -86,7 +101,7 @@ impl Errors {
 
     /// That of triangle `t`.
     pub(super) fn of(&self, t: u32) -> f64 {
-        self.error[t as usize]
+        self.known[t as usize].error
     }
 
     /// That of the triangles around vertex `v`, together.

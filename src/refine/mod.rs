@@ -160,7 +160,13 @@ pub struct Refiner {
     stripe: u32,
     /// Where the picture is [tended](Refiner::tend) next.
     sweep: Sweep,
+    /// Vertices that were re-placed since triangles were numbered so that neighbours are close together.
+    scattered: usize,
 }
+
+/// Triangles are numbered anew after one vertex in so many was re-placed. Measured at 1080p, one step: 4 %
+/// less time than with numbers as old as the shot; after one in eight, half of that.
+const GATHERED: usize = 64;
 
 /// Refines `mesh` against `frame`, which must have its size. See [`Refiner::refine`].
 pub fn refine(mesh: &mut Mesh, frame: &Frame, options: &RefineOptions) -> Refined {
@@ -220,6 +226,7 @@ impl Refiner {
     fn begin(&mut self) {
         self.stepper.forget(self.surface.at.len());
         self.stripe = 0;
+        self.scattered = 0;
         self.sweep = Sweep::default();
     }
 
@@ -251,6 +258,9 @@ impl Refiner {
             let frame = wanted.as_ref().unwrap_or(frame);
             self.rows.load(frame);
             let carried = self.surface.relink(mesh);
+            if carried {
+                self.gather();
+            }
             self.surface.measure(&self.rows);
             let refined = self.run(mesh, frame, options, carried, None);
             if let Some(wanted) = wanted {
@@ -258,6 +268,14 @@ impl Refiner {
             }
             refined
         })
+    }
+
+    /// Numbers the triangles anew where many vertices were re-placed since that was done last.
+    fn gather(&mut self) {
+        if self.scattered * GATHERED >= self.surface.at.len() {
+            self.scattered = 0;
+            self.stepper.renumber(self.surface.renumber());
+        }
     }
 
     /// Asks for the echo of a frame that was refined, for the next one to [resume](Refiner::resume) with.
@@ -279,7 +297,7 @@ impl Refiner {
         carried: bool,
         mut watch: Option<Watch<'_>>,
     ) -> Refined {
-        let Self { rows, surface, stepper, stripe, .. } = self;
+        let Self { rows, surface, stepper, stripe, scattered, .. } = self;
         let field = Field::new(rows, frame, surface.triangles(), options);
         let part = Share::new(*stripe, options.part);
         *stripe = part.next();
@@ -307,6 +325,7 @@ impl Refiner {
         }
         refined.replaced.sort_unstable();
         refined.replaced.dedup();
+        *scattered += refined.replaced.len();
         // Both are sums of rounded numbers: a mesh that stayed as it was has not got worse.
         refined.error_after = surface.error(rows).min(refined.error_before);
         stepper.rest.settle(surface, begin);

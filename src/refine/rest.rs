@@ -2,7 +2,7 @@
 
 use super::Field;
 use super::share::Share;
-use super::surface::Surface;
+use super::surface::{Surface, permute};
 
 /// Frames with a turn of its own during which a vertex may still change after the picture around it has
 /// come to rest. With a step or two a frame that is enough to settle; a still picture is then the same
@@ -32,6 +32,8 @@ pub(super) struct Rest {
     live: bool,
     /// The colours in which the triangles were painted when they last woke or were changed.
     colours: Vec<[f32; 4]>,
+    /// Memory for the same in another order.
+    spare: Vec<[f32; 4]>,
     /// Which triangles are looked at in this frame; empty for all.
     here: Vec<bool>,
 }
@@ -47,6 +49,11 @@ impl Rest {
         self.nap.resize(surface.at.len(), 0);
         self.tired.clone_from(&self.nap);
         self.live = false;
+    }
+
+    /// The triangles have new numbers; `old` has those that they had.
+    pub(super) fn renumber(&mut self, old: &[u32]) {
+        permute(&mut self.colours, old, &mut self.spare);
     }
 
     /// All vertices come to rest, with the colours that their triangles have.

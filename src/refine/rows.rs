@@ -118,12 +118,12 @@ impl RowSums {
     fn falling(&self, upper: Point, lower: Point) -> Sums {
         let mut sums = Sums::default();
         self.crossings(upper, lower, |column, index| {
-            sums.count = sums.count.wrapping_add(column as u32);
+            sums.weight = sums.weight.wrapping_add(column as u64);
             sums.colour = sums.colour.wrapping_add(self.colour[index]);
         });
         if !self.alpha.is_empty() {
             self.crossings(upper, lower, |_, index| {
-                sums.alpha = sums.alpha.wrapping_add(self.alpha[index]);
+                sums.weight = sums.weight.wrapping_add(u64::from(self.alpha[index]) << 32);
             });
         }
         sums
@@ -158,12 +158,21 @@ impl RowSums {
         if doubled >= LARGE || (self.vast && extent(triangle) >= EXTENT) {
             return self.wide(triangle);
         }
-        Total::new(i64::from(sums.count as i32), unpack(sums.colour), i64::from(sums.alpha))
+        Total::of(sums)
     }
 
     /// As [`RowSums::total`], for triangles of any size.
-    #[cold]
+    #[inline]
     pub(super) fn wide(&self, triangle: [Point; 3]) -> Total {
+        // Plain numbers come back, not a total: then none has a place in memory, the others neither. There
+        // it would be written number by number and read two at a time, for which processors wait.
+        let [count, r, g, b, alpha] = self.wide_sums(triangle);
+        Total::new(count, [r, g, b], alpha)
+    }
+
+    /// The number of pixels of a triangle of any size, their red, green, blue and alpha.
+    #[cold]
+    fn wide_sums(&self, triangle: [Point; 3]) -> [i64; 5] {
         let (mut count, mut sums, mut alpha) = (0, [0; 3], 0);
         scan::spans(triangle, 0..self.size.height, |y, columns| {
             for first in columns.clone().step_by(NARROW) {
@@ -179,7 +188,8 @@ impl RowSums {
             }
             count += columns.len() as i64;
         });
-        Total::new(count, sums, alpha)
+        let [r, g, b] = sums;
+        [count, r, g, b, alpha]
     }
 
     /// The squares of all channels of the pixels of a triangle, one by one. `frame` is the one that was
@@ -279,7 +289,8 @@ fn sum_opaque(rows: [&[Rgba]; TOGETHER], counted: usize, out: &mut [u64]) -> u64
             let pixels = a.iter().zip(b).zip(c.iter().zip(d));
             for (((a, b), (c, d)), out) in pixels.zip(&mut *out) {
                 *out = sums;
-                for (sum, &pixel) in sums.iter_mut().zip([a, b, c, d]) {
+                let column = [*a, *b, *c, *d];
+                for (sum, pixel) in sums.iter_mut().zip(column) {
                     *sum = sum.wrapping_add(pack(pixel));
                 }
             }

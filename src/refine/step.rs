@@ -52,6 +52,12 @@ impl Stepper {
         self.errors.forget();
     }
 
+    /// The triangles have new numbers; `old` has those that they had.
+    pub(super) fn renumber(&mut self, old: &[u32]) {
+        self.errors.renumber(old);
+        self.rest.renumber(old);
+    }
+
     /// A new frame. `carried` says that triangles and half-edges are those of the frame before; then time
     /// passes for the vertices of `share`.
     pub(super) fn begin(

@@ -11,15 +11,13 @@ use crate::frame::{Fill, Rgba};
 
 /// Number of pixels and sums of their values, wrapping: those of an edge are a part of something, but
 /// what the edges of a triangle add up to is right while it has fewer than [`NARROW`] pixels. Wider
-/// ones are summed by [`RowSums::wide`](super::rows::RowSums::wide).
+/// ones are summed by [`RowSums::wide`](super::rows::RowSums::wide). Fields of a number borrow from each
+/// other in a part, and have paid back in a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Sums {
-    /// Pixels.
-    pub(super) count: u32,
-    /// Alpha, in frames that are not opaque.
-    pub(super) alpha: u32,
-    /// Premultiplied red, green and blue, [`FIELD`] bits each from the lowest. Fields borrow from
-    /// each other in a part, and have paid back in a whole.
+    /// Pixels in the lower half; alpha, in frames that are not opaque, in the upper one.
+    pub(super) weight: u64,
+    /// Premultiplied red, green and blue, [`FIELD`] bits each from the lowest.
     pub(super) colour: u64,
 }
 
@@ -30,8 +28,11 @@ const FIELD: u32 = 21;
 pub(super) const NARROW: usize = 8192;
 
 /// Red, green and blue in one number, [`FIELD`] bits each.
-pub(super) const fn pack([r, g, b, _]: Rgba) -> u64 {
-    r as u64 | (g as u64) << FIELD | (b as u64) << (2 * FIELD)
+#[inline(always)]
+pub(super) const fn pack(pixel: Rgba) -> u64 {
+    // From one number, not three: several pixels are packed together then.
+    let pixel = u32::from_le_bytes(pixel) as u64;
+    pixel & 0xff | (pixel & 0xff00) << (FIELD - 8) | (pixel & 0xff_0000) << (2 * FIELD - 16)
 }
 
 /// Red, green and blue of a packed sum.
@@ -45,8 +46,7 @@ impl Add for Sums {
     type Output = Self;
     fn add(self, o: Self) -> Self {
         Self {
-            count: self.count.wrapping_add(o.count),
-            alpha: self.alpha.wrapping_add(o.alpha),
+            weight: self.weight.wrapping_add(o.weight),
             colour: self.colour.wrapping_add(o.colour),
         }
     }
@@ -56,8 +56,7 @@ impl Sub for Sums {
     type Output = Self;
     fn sub(self, o: Self) -> Self {
         Self {
-            count: self.count.wrapping_sub(o.count),
-            alpha: self.alpha.wrapping_sub(o.alpha),
+            weight: self.weight.wrapping_sub(o.weight),
             colour: self.colour.wrapping_sub(o.colour),
         }
     }
@@ -79,6 +78,12 @@ pub(super) struct Total {
 }
 
 impl Total {
+    /// The whole that parts add up to.
+    #[inline]
+    pub(super) const fn of(sums: &Sums) -> Self {
+        Self::new((sums.weight as u32) as i64, unpack(sums.colour), (sums.weight >> 32) as i64)
+    }
+
     /// The sums over `count` pixels: colour, alpha.
     #[inline]
     pub(super) const fn new(count: i64, [r, g, b]: [i64; 3], alpha: i64) -> Self {

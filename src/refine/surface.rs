@@ -6,8 +6,9 @@ use super::cost::Cost;
 use super::rows::RowSums;
 use super::sums::{Sums, Total};
 use crate::frame::Fill;
-use crate::geom::{Point, SUBPIXEL, Size, orient};
+use crate::geom::{Point, Size, orient};
 use crate::mesh::{CORNERS, Mesh, Place};
+use crate::nearby::Nearby;
 
 /// No half-edge: the other side of the frame's border.
 pub(super) const NONE: u32 = u32::MAX;
@@ -20,6 +21,13 @@ pub(super) const fn next(h: u32) -> u32 {
 /// The half-edge before `h` around the triangle.
 pub(super) const fn previous(h: u32) -> u32 {
     if h.is_multiple_of(3) { h + 2 } else { h - 1 }
+}
+
+/// Puts `values`, one a triangle, in a new order: `old` has the number that each had. `spare` is memory.
+pub(super) fn permute<T: Copy>(values: &mut Vec<T>, old: &[u32], spare: &mut Vec<T>) {
+    spare.clear();
+    spare.extend(old.iter().map(|&t| values[t as usize]));
+    std::mem::swap(values, spare);
 }
 
 /// What a triangle looks like.
@@ -46,19 +54,6 @@ impl Mean {
     pub(super) fn known(&self) -> Option<[f32; 4]> {
         (self.count > 0.0).then_some(self.colour)
     }
-}
-
-/// The place of the 32 x 32 pixel square that holds `p` on a Z-order curve.
-fn morton(p: Point) -> u32 {
-    const SQUARE_BITS: u32 = 5 + SUBPIXEL.trailing_zeros();
-    let spread = |v: i32| {
-        let mut v = v as u32 >> SQUARE_BITS;
-        v = (v | v << 8) & 0x00ff_00ff;
-        v = (v | v << 4) & 0x0f0f_0f0f;
-        v = (v | v << 2) & 0x3333_3333;
-        (v | v << 1) & 0x5555_5555
-    };
-    spread(p.x) | spread(p.y) << 1
 }
 
 /// The mesh while it is refined. Half-edge `h` belongs to triangle `h / 3` and runs from its origin to
@@ -90,6 +85,10 @@ pub(super) struct Surface {
     pub(super) stored: Vec<[u32; 3]>,
     /// The same with their numbers.
     numbered: Vec<([u32; 3], u32)>,
+    nearby: Nearby,
+    /// Memory for the triangles' new numbers, and for a list in a new order.
+    new: Vec<u32>,
+    spare: Vec<u32>,
     /// Vertices that a step looks at.
     pub(super) awake: Vec<bool>,
 }
@@ -110,6 +109,9 @@ impl Default for Surface {
             clock: 0,
             stored: Vec::new(),
             numbered: Vec::new(),
+            nearby: Nearby::default(),
+            new: Vec::new(),
+            spare: Vec::new(),
             awake: Vec::new(),
         }
     }
@@ -120,9 +122,7 @@ impl Surface {
     pub(super) fn link(&mut self, mesh: &Mesh) {
         self.size = mesh.size;
         self.at.clone_from(&mesh.vertices);
-        self.order.clear();
-        self.order.extend(0..self.at.len() as u32);
-        self.order.sort_by_cached_key(|&v| morton(self.at[v as usize]));
+        self.put_in_order();
         self.number(mesh);
         // Half-edges by origin: a counting sort.
         let mut start = vec![0u32; self.at.len() + 1];
@@ -170,6 +170,38 @@ impl Surface {
             self.link(mesh);
         }
         same
+    }
+
+    fn put_in_order(&mut self) {
+        let order = self.nearby.sort(self.size, self.at.iter().copied());
+        self.order.clear();
+        self.order.extend_from_slice(order);
+    }
+
+    /// Renews the order of the vertices and numbers the triangles anew, so that what has changed its place
+    /// lies close to its neighbours again. Returns the numbers that the triangles had. Their sums, costs and
+    /// means are to be [measured](Surface::measure) afterwards.
+    pub(super) fn renumber(&mut self) -> &[u32] {
+        self.put_in_order();
+        let Self { size, at, origin, twin, out, stamp, numbered, nearby, new, spare, .. } = self;
+        let firsts = origin.iter().step_by(3).map(|&v| at[v as usize]);
+        let old = nearby.sort(*size, firsts);
+        new.resize(old.len(), 0);
+        for (number, &t) in (0u32..).zip(old) {
+            new[t as usize] = number;
+        }
+        let edges = |values: &mut Vec<u32>, spare: &mut Vec<u32>| {
+            spare.clear();
+            spare.extend(old.iter().flat_map(|&t| &values[3 * t as usize..][..3]));
+            std::mem::swap(values, spare);
+        };
+        edges(origin, spare);
+        edges(twin, spare);
+        let renamed = |h: u32| if h == NONE { NONE } else { 3 * new[h as usize / 3] + h % 3 };
+        twin.iter_mut().chain(out).for_each(|h| *h = renamed(*h));
+        permute(stamp, old, spare);
+        numbered.iter_mut().for_each(|(_, number)| *number = new[*number as usize]);
+        old
     }
 
     /// Numbers the triangles as `order` has their first vertices, so that neighbours lie close together.
