@@ -46,7 +46,6 @@ pub mod governor;
 pub mod hex;
 pub mod mesh;
 pub mod metric;
-mod nearby;
 pub mod options;
 pub mod pattern;
 pub mod pipeline;

@@ -6,6 +6,7 @@ use crate::echo::{Call, Echo};
 use crate::error::Result;
 use crate::feature::{Extractor, Features};
 use crate::frame::Frame;
+use crate::geom::Size;
 use crate::mesh::Mesh;
 use crate::options::{Detail, Options, Points};
 use crate::rasterise::{Brief, Painter, Painting};
@@ -163,16 +164,20 @@ impl Mesher {
         Ok(self.sampler.sample(features, detail))
     }
 
-    /// Steps of refinement that the options ask for, of a fresh mesh or of one that lives on.
-    pub fn asked(&self, fresh: bool) -> u32 {
-        self.plan(fresh).steps
+    /// Steps of refinement that the options ask for on a frame of `size`, of a fresh mesh or of one that
+    /// lives on.
+    pub fn asked(&self, fresh: bool, size: Size) -> u32 {
+        self.plan(fresh, size).steps
     }
 
-    fn plan(&self, fresh: bool) -> RefineOptions {
+    fn plan(&self, fresh: bool, size: Size) -> RefineOptions {
         if self.begun && self.options.coherence == 0.0 {
-            return RefineOptions::alone(&self.options);
+            RefineOptions::alone(&self.options, size)
+        } else if fresh {
+            RefineOptions::fresh(&self.options)
+        } else {
+            RefineOptions::next(&self.options, size)
         }
-        RefineOptions::plan(&self.options, fresh)
     }
 
     /// Level three: refines `mesh`, anew when it is `fresh`, else as the mesh of the frame before, with
@@ -188,7 +193,7 @@ impl Mesher {
         detail: &Detail,
         echo: Option<Echo>,
     ) -> Result<Refined> {
-        let full = self.plan(fresh);
+        let full = self.plan(fresh, frame.size());
         let plan = full.at(detail);
         self.begun = true;
         if !fresh && plan.passes() > 0 {
@@ -232,7 +237,7 @@ impl Mesher {
         frame: &Frame,
         seen: &mut (dyn FnMut(f64) + Send),
     ) -> Result<Refined> {
-        let plan = RefineOptions::plan(&self.options, true);
+        let plan = RefineOptions::fresh(&self.options);
         if let Some(target) = self.options.error {
             return reach(target, &mut self.refiner, mesh, frame, &plan, seen);
         }

@@ -53,7 +53,7 @@ pub struct Plan {
 impl Plan {
     /// Whether there is a refinement to look at.
     pub fn refines(&self) -> bool {
-        RefineOptions::plan(&self.options, true).steps > 0
+        RefineOptions::fresh(&self.options).steps > 0
     }
 
     /// What renders: all methods as they are, then, where there is one, with refinement.

@@ -104,7 +104,7 @@ impl Pilot {
     /// Before level two.
     pub(super) fn before_mesh(&self, ticket: &mut Ticket, features: &Features, mesher: &Mesher) {
         let fresh = begins(features);
-        ticket.asked = mesher.asked(fresh);
+        ticket.asked = mesher.asked(fresh, features.candidates.size());
         if let Some(mut governor) = self.governor() {
             // Steps that the user counts are as many as are meant.
             let counted = ticket.orders.options.refine.is_some();

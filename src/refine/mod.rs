@@ -20,6 +20,7 @@ mod descend;
 mod errors;
 mod flip;
 mod force;
+mod nearby;
 mod patch;
 mod plan;
 mod replace;
@@ -258,7 +259,7 @@ impl Refiner {
             let frame = wanted.as_ref().unwrap_or(frame);
             self.rows.load(frame);
             let carried = self.surface.relink(mesh);
-            if carried {
+            if carried && options.running {
                 self.gather();
             }
             self.surface.measure(&self.rows);
@@ -270,7 +271,9 @@ impl Refiner {
         })
     }
 
-    /// Numbers the triangles anew where many vertices were re-placed since that was done last.
+    /// Numbers the triangles anew where many vertices were re-placed since that was done last. What has settled
+    /// with the old numbers might not have with the new ones: those decide between changes that exclude each
+    /// other.
     fn gather(&mut self) {
         if self.scattered * GATHERED >= self.surface.at.len() {
             self.scattered = 0;

@@ -3,12 +3,12 @@
 use rayon::prelude::*;
 
 use super::cost::Cost;
+use super::nearby::Nearby;
 use super::rows::RowSums;
 use super::sums::{Sums, Total};
 use crate::frame::Fill;
 use crate::geom::{Point, Size, orient};
 use crate::mesh::{CORNERS, Mesh, Place};
-use crate::nearby::Nearby;
 
 /// No half-edge: the other side of the frame's border.
 pub(super) const NONE: u32 = u32::MAX;

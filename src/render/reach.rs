@@ -89,7 +89,7 @@ pub(super) fn fewest(
         let options = Options { points: Points::Count(count), ..options.clone() };
         let seeds = Sampler::new(&options).choose(features);
         let mut mesh = triangulate(frame.size(), &seeds)?;
-        let plan = RefineOptions::plan(&options, true);
+        let plan = RefineOptions::fresh(&options);
         // A refiner of its own: what it has learnt of another mesh must not count.
         let refined = reach(target, &mut Refiner::default(), &mut mesh, frame, &plan, &mut |_| ())?;
         Ok(refined.likeness.unwrap_or(f64::NEG_INFINITY))

@@ -114,7 +114,7 @@ fn guide(args: &RenderArgs, options: &Options, info: &StreamInfo) -> Result<Guid
 
 fn sink_options(args: &RenderArgs, options: &Options, input: &Input) -> Result<SinkOptions> {
     let defaults = SinkOptions::default();
-    let gives_way = RefineOptions::plan(options, false).steps > 0;
+    let gives_way = RefineOptions::next(options, input.info().size).steps > 0;
     Ok(SinkOptions {
         overwrite: args.write.overwrite,
         background: args.write.background.map_or(defaults.background, |colour| colour.0),

@@ -46,7 +46,7 @@ pub(super) fn changed(
             format!("coherence {}", options.coherence)
         }
         Look::Refinement(way) => {
-            let steps = refined(RefineOptions::live_steps(&options), way);
+            let steps = refined(RefineOptions::live_steps(&options, size), way);
             options.refine = Some(steps);
             // A target would say something else.
             options.error = None;
@@ -96,7 +96,7 @@ mod tests {
         assert_eq!(outlined, Options { outline: Some(RED), ..base.clone() });
         assert_eq!(press(&outlined, Look::Outline), base);
         let refined = press(&base, Look::Refinement(Way::Up));
-        assert_eq!(refined, Options { refine: Some(4), ..base.clone() });
+        assert_eq!(refined, Options { refine: Some(12), ..base.clone() });
         let points = Points::Count(2304);
         assert_eq!(press(&base, Look::Points(Way::Up)), Options { points, ..base });
     }

@@ -7,7 +7,7 @@ const SQUARE_BITS: u32 = 5;
 
 /// Puts places in order, in memory that is used again.
 #[derive(Debug, Default)]
-pub(crate) struct Nearby {
+pub(super) struct Nearby {
     squares: Vec<u32>,
     begins: Vec<u32>,
     order: Vec<u32>,
@@ -17,7 +17,7 @@ impl Nearby {
     /// The numbers of `places`, which lie in a frame of `size`, along a Z-order curve through the squares of
     /// 32 x 32 pixels that hold them; those of one square as they came. What is looked at in this order
     /// finds its surroundings in the cache. O(n).
-    pub(crate) fn sort(&mut self, size: Size, places: impl Iterator<Item = Point>) -> &[u32] {
+    pub(super) fn sort(&mut self, size: Size, places: impl Iterator<Item = Point>) -> &[u32] {
         self.squares.clear();
         self.squares.extend(places.map(square));
         // The last corner has the highest number: each part of it is the highest.
