@@ -30,13 +30,13 @@ impl Cost {
     }
 
     /// The same, of a triangle whose `orient` is known to be positive.
-    #[inline]
+    #[inline(always)]
     pub(super) fn sound(rows: &RowSums, sums: &Sums, doubled: i64, triangle: [Point; 3]) -> Self {
         Self::with(&rows.total(sums, doubled, triangle), doubled, triangle)
     }
 
     /// The same, of one whose pixels add up to `total`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn with(total: &Total, doubled: i64, triangle: [Point; 3]) -> Self {
         Self { error: -total.explained(), shape: flatness(doubled, triangle) }
     }

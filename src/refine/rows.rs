@@ -150,7 +150,7 @@ impl RowSums {
     }
 
     /// The sums of `triangle`, whose `orient` is `doubled`, positive, and whose edges sum to `sums`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn total(&self, sums: &Sums, doubled: i64, triangle: [Point; 3]) -> Total {
         // A convex shape covers at most its area, half its perimeter and one more centre; the half
         // perimeter is at most width and height of the box around it.

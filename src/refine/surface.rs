@@ -334,6 +334,7 @@ impl Surface {
     }
 
     /// The pixel sums of triangle `t`.
+    #[inline(always)]
     pub(super) fn total(&self, rows: &RowSums, t: u32) -> Total {
         let [a, b, c] = self.corners(t);
         let h = 3 * t as usize;
