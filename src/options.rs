@@ -39,7 +39,8 @@ pub struct Options {
     /// How firmly a frame holds to the one before, 0 (each frame alone) to 1 (least flicker, at the
     /// price of likeness). Above 0 the mesh lives on from frame to frame. Default 0.4.
     pub coherence: f64,
-    /// How much work goes into refinement. Default [`Quality::Normal`].
+    /// How much work goes into refinement: on video, frames smaller than 1280 x 720 get more steps in the
+    /// time that these take. Default [`Quality::Normal`].
     pub quality: Quality,
     /// Steps of refinement instead of [`Options::quality`], 0..=1000: so many for a still or a frame
     /// alone, and so many for each frame of a stream, the first of a shot getting a few more. Default
