@@ -56,6 +56,12 @@ impl Rest {
         permute(&mut self.colours, old, &mut self.spare);
     }
 
+    /// The colour that triangle `t` had when it last woke or was changed.
+    #[cfg(test)]
+    pub(super) fn colour_of(&self, t: u32) -> [f32; 4] {
+        self.colours[t as usize]
+    }
+
     /// All vertices come to rest, with the colours that their triangles have.
     pub(super) fn lie_down(&mut self, surface: &Surface) {
         self.calm.fill(CALM + 1);

@@ -71,3 +71,53 @@ fn a_refiner_takes_a_smaller_mesh_after_a_larger_one() {
     }
     assert!(turn < 30, "nothing was re-placed in {turn} runs of 60");
 }
+
+/// Numbers are names: the mesh, its links, its error and what is remembered of each triangle stay the same.
+#[test]
+fn new_numbers_change_nothing_but_the_order() {
+    for opaque in [true, false] {
+        let frame = picture(Size::new(240, 180), 3, 60, opaque);
+        let mut mesh = scattered(frame.size(), 1500);
+        let mut refiner = Refiner::default();
+        let options = RefineOptions { replace: 0.3, ..RefineOptions::normal() };
+        let refined = refiner.refine(&mut mesh, &frame, &options);
+        assert!(refined.replaced.len() > 80, "{}", refined.replaced.len());
+        let Refiner { surface, rows, stepper, .. } = &mut refiner;
+        let known = |surface: &Surface, stepper: &Stepper| {
+            let triangles = (0..surface.triangles() as u32).map(|t| {
+                let colour = stepper.rest.colour_of(t).map(f32::to_bits);
+                (Mesh::smallest_first([0, 1, 2].map(|i| surface.from(3 * t + i))), colour)
+            });
+            let mut known: Vec<_> = triangles.collect();
+            known.sort_unstable();
+            known
+        };
+        // How far the triangles lie apart that have one number after the other.
+        let way = |surface: &Surface| {
+            let firsts: Vec<_> =
+                (0..surface.triangles() as u32).map(|t| surface.place(3 * t)).collect();
+            let apart = |p: &[Point]| f64::from(p[0].x - p[1].x).hypot(f64::from(p[0].y - p[1].y));
+            firsts.windows(2).map(apart).sum::<f64>()
+        };
+        let (before, error, far) = (known(surface, stepper), surface.error(rows), way(surface));
+        let fills = surface.stored_fills(rows);
+        stepper.renumber(surface.renumber());
+        surface.measure(rows);
+        assert_eq!(known(surface, stepper), before);
+        assert!((surface.error(rows) / error - 1.0).abs() < 1e-9);
+        assert!(way(surface) < 0.95 * far, "{} of {far}", way(surface));
+        assert_eq!(surface.stored_fills(rows), fills);
+        for h in 0..surface.origin.len() as u32 {
+            let twin = surface.twin[h as usize];
+            if let Some(&back) = surface.twin.get(twin as usize) {
+                assert_eq!((back, surface.from(twin)), (h, surface.to(h)));
+            }
+        }
+        for v in 0..surface.at.len() as u32 {
+            assert_eq!(surface.from(surface.out[v as usize]), v);
+        }
+        let mut again = mesh.clone();
+        surface.store(&mut again);
+        assert_eq!(again, mesh);
+    }
+}
