@@ -57,7 +57,7 @@ impl Errors {
     /// The triangles have new numbers; `old` has those that they had.
     pub(super) fn renumber(&mut self, old: &[u32]) {
         if self.known.len() == old.len() {
-            permute(&mut self.known, old, &mut self.spare);
+            permute::<1, _>(&mut self.known, old, &mut self.spare);
         }
     }
 

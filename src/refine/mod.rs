@@ -166,7 +166,7 @@ pub struct Refiner {
 }
 
 /// Triangles are numbered anew after one vertex in so many was re-placed. Measured at 1080p, one step: 4 %
-/// less time than with numbers as old as the shot; after one in eight, half of that.
+/// less time than with numbers as old as the shot.
 const GATHERED: usize = 64;
 
 /// Refines `mesh` against `frame`, which must have its size. See [`Refiner::refine`].

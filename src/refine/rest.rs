@@ -53,7 +53,7 @@ impl Rest {
 
     /// The triangles have new numbers; `old` has those that they had.
     pub(super) fn renumber(&mut self, old: &[u32]) {
-        permute(&mut self.colours, old, &mut self.spare);
+        permute::<1, _>(&mut self.colours, old, &mut self.spare);
     }
 
     /// The colour that triangle `t` had when it last woke or was changed.

@@ -23,10 +23,16 @@ pub(super) const fn previous(h: u32) -> u32 {
     if h.is_multiple_of(3) { h + 2 } else { h - 1 }
 }
 
-/// Puts `values`, one a triangle, in a new order: `old` has the number that each had. `spare` is memory.
-pub(super) fn permute<T: Copy>(values: &mut Vec<T>, old: &[u32], spare: &mut Vec<T>) {
+/// Puts `values`, `EACH` a triangle, in a new order: `old` has the number that each triangle had. `spare` is
+/// memory.
+pub(super) fn permute<const EACH: usize, T: Copy>(
+    values: &mut Vec<T>,
+    old: &[u32],
+    spare: &mut Vec<T>,
+) {
     spare.clear();
-    spare.extend(old.iter().map(|&t| values[t as usize]));
+    let (triangles, _) = values.as_chunks::<EACH>();
+    spare.extend(old.iter().flat_map(|&t| triangles[t as usize]));
     std::mem::swap(values, spare);
 }
 
@@ -190,16 +196,11 @@ impl Surface {
         for (number, &t) in (0u32..).zip(old) {
             new[t as usize] = number;
         }
-        let edges = |values: &mut Vec<u32>, spare: &mut Vec<u32>| {
-            spare.clear();
-            spare.extend(old.iter().flat_map(|&t| &values[3 * t as usize..][..3]));
-            std::mem::swap(values, spare);
-        };
-        edges(origin, spare);
-        edges(twin, spare);
+        permute::<3, _>(origin, old, spare);
+        permute::<3, _>(twin, old, spare);
         let renamed = |h: u32| if h == NONE { NONE } else { 3 * new[h as usize / 3] + h % 3 };
         twin.iter_mut().chain(out).for_each(|h| *h = renamed(*h));
-        permute(stamp, old, spare);
+        permute::<1, _>(stamp, old, spare);
         numbered.iter_mut().for_each(|(_, number)| *number = new[*number as usize]);
         old
     }
