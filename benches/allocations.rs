@@ -121,7 +121,7 @@ fn main() {
 /// Everything between decode and encode.
 fn stages(film: &[Frame]) {
     let options = Options { refine: Some(1), ..Options::default() };
-    let mut chain = Chain::new(&options);
+    let mut chain = Chain::new(&options, Some(film::form(film[0].size())));
     let mut sums = [Asked::default(); STAGES.len()];
     for number in 0..BEFORE + FRAMES {
         if number == BEFORE {

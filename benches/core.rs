@@ -25,7 +25,7 @@ fn main() {
 /// What is counted.
 #[inline(never)]
 fn count_this(clip: &[Frame], options: &Options) {
-    let mut chain = Chain::new(options);
+    let mut chain = Chain::new(options, Some(film::form(clip[0].size())));
     for frame in clip {
         let picture = black_box(chain.render(frame, |_| ()));
         chain.reuse(picture);

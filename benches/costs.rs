@@ -61,7 +61,7 @@ fn stages() {
 
 /// Medians of the stages' times over `frames`.
 fn time_stages(film: &[Frame], options: &Options, frames: usize) -> Vec<f64> {
-    let mut chain = Chain::new(options);
+    let mut chain = Chain::new(options, Some(film::form(film[0].size())));
     let mut times = vec![Vec::new(); STAGES.len()];
     for number in 0..BEFORE + frames {
         let (mut before, mut stage) = (Instant::now(), 0);

@@ -9,7 +9,8 @@
 
 use rayon::prelude::*;
 
-use crate::frame::{Frame, Rgba};
+use crate::colour::{Form, Planes};
+use crate::frame::{Frame, Memory, Rgba};
 use crate::geom::Size;
 use crate::vector::widest;
 
@@ -22,8 +23,8 @@ const ONE: f64 = 128.0;
 /// What stands for no difference.
 const NOTHING: u8 = 128;
 
-/// Pixels that are one piece of work.
-const PACK: usize = 1 << 14;
+/// Values that are one piece of work.
+const PACK: usize = 1 << 16;
 
 /// Asks whoever paints a frame for its [`Echo`].
 #[derive(Clone, Debug, PartialEq)]
@@ -31,26 +32,32 @@ pub struct Call {
     /// In 1/128.
     share: i16,
     /// To be filled.
-    memory: Vec<Rgba>,
+    memory: Memory,
 }
 
 impl Call {
     /// Asks for an echo as strong as `coherence`, 0 to 1, says; `memory` is used again for it. `None`
     /// where that is none at all.
-    pub fn new(coherence: f64, memory: Vec<Rgba>) -> Option<Self> {
+    pub fn new(coherence: f64, memory: Memory) -> Option<Self> {
         let share = (MOST * coherence * ONE).round() as i16;
         (share > 0).then_some(Self { share, memory })
     }
 
     /// Room for a picture of `size`, and how to [fill](Hearing::hear) it.
     pub(crate) fn room(&mut self, size: Size) -> (&mut [Rgba], Hearing) {
-        self.memory.resize(size.pixels(), [0; 4]);
-        (&mut self.memory, Hearing(self.share))
+        self.memory.pixels.resize(size.pixels(), [0; 4]);
+        (&mut self.memory.pixels, Hearing(self.share))
     }
 
-    /// The echo, once all the room of a picture of `size` is filled.
-    pub(crate) fn answered(self, size: Size) -> Echo {
-        Echo { size, off: self.memory }
+    /// The same as planes.
+    pub(crate) fn room_of_planes(&mut self, bytes: usize) -> (&mut [u8], Hearing) {
+        self.memory.planes.resize(bytes, 0);
+        (&mut self.memory.planes, Hearing(self.share))
+    }
+
+    /// The echo, once all the room of a picture of `size`, or of one of that `form`, is filled.
+    pub(crate) fn answered(self, size: Size, form: Option<Form>) -> Echo {
+        Echo { size, form, off: self.memory }
     }
 }
 
@@ -59,10 +66,8 @@ impl Call {
 pub(crate) struct Hearing(i16);
 
 impl Hearing {
-    /// Fills `room` with what `painted` is off `source`, which are opaque and as long.
-    pub(crate) fn hear(self, room: &mut [Rgba], painted: &[Rgba], source: &[Rgba]) {
-        let (room, painted, source) =
-            (room.as_flattened_mut(), painted.as_flattened(), source.as_flattened());
+    /// Fills `room` with what `painted` is off `source`, parts of opaque pictures, as long.
+    pub(crate) fn hear(self, room: &mut [u8], painted: &[u8], source: &[u8]) {
         widest(
             #[inline(always)]
             || {
@@ -76,41 +81,63 @@ impl Hearing {
     }
 }
 
+impl Hearing {
+    /// The same of whole pictures, by all threads.
+    pub(crate) fn hear_all(self, room: &mut [u8], painted: &[u8], source: &[u8]) {
+        let given = painted.par_chunks(PACK).zip(source.par_chunks(PACK));
+        let parts = room.par_chunks_mut(PACK).zip(given);
+        parts.for_each(|(room, (painted, source))| self.hear(room, painted, source));
+    }
+}
+
 /// A share of what a picture was off its source, at each pixel.
 #[derive(Debug)]
 pub struct Echo {
     size: Size,
+    /// That of the planes, where they tell it, not pixels.
+    form: Option<Form>,
     /// [`NOTHING`] and the difference, which ends at as much either way; alpha's is none.
-    off: Vec<Rgba>,
+    off: Memory,
 }
 
 impl Echo {
-    /// B, where `frame` is the next one, opaque, and of the same size.
+    /// B, where `frame` is the next one, opaque, of the same size, and told in the same form.
     pub(crate) fn on(self, frame: &Frame) -> Option<Frame> {
-        if frame.size() != self.size || !frame.is_opaque() {
+        let planes = frame.planes();
+        if frame.size() != self.size
+            || !frame.is_opaque()
+            || planes.map(|planes| planes.form) != self.form
+        {
             return None;
         }
-        let mut pixels = self.off;
-        let packs = pixels.par_chunks_mut(PACK).zip(frame.pixels().par_chunks(PACK));
-        packs.for_each(|(off, now)| {
-            let (off, now) = (off.as_flattened_mut(), now.as_flattened());
-            widest(
-                #[inline(always)]
-                || {
-                    for (off, &now) in off.iter_mut().zip(now) {
-                        let sum = i16::from(now) + i16::from(*off) - i16::from(NOTHING);
-                        *off = sum.clamp(0, 255) as u8;
-                    }
-                },
-            );
-        });
+        let Memory { mut pixels, planes: mut data } = self.off;
+        if let Some(planes) = planes {
+            add(&mut data, &planes.data);
+            return Frame::developed(Planes { form: planes.form, data }, pixels).ok();
+        }
+        add(pixels.as_flattened_mut(), frame.pixels().as_flattened());
         Frame::known(self.size, pixels, true).ok()
     }
 
     /// Its memory.
-    pub(crate) fn into_memory(self) -> Vec<Rgba> {
+    pub(crate) fn into_memory(self) -> Memory {
         self.off
     }
+}
+
+/// Turns the differences in `off` into the values `now` with them.
+fn add(off: &mut [u8], now: &[u8]) {
+    off.par_chunks_mut(PACK).zip(now.par_chunks(PACK)).for_each(|(off, now)| {
+        widest(
+            #[inline(always)]
+            || {
+                for (off, &now) in off.iter_mut().zip(now) {
+                    let sum = i16::from(now) + i16::from(*off) - i16::from(NOTHING);
+                    *off = sum.clamp(0, 255) as u8;
+                }
+            },
+        );
+    });
 }
 
 #[cfg(test)]
@@ -123,10 +150,17 @@ mod tests {
 
     fn echo(painted: &Frame, source: &Frame, coherence: f64) -> Option<Echo> {
         // What it was used for before does not matter.
-        let mut call = Call::new(coherence, vec![[7; 4]; 5])?;
+        let memory = Memory { pixels: vec![[7; 4]; 5], planes: vec![7; 3] };
+        let mut call = Call::new(coherence, memory)?;
+        if let (Some(painted), Some(source)) = (painted.planes(), source.planes()) {
+            let (room, hearing) = call.room_of_planes(source.data.len());
+            hearing.hear(room, &painted.data, &source.data);
+            return Some(call.answered(source.form.layout.size, Some(source.form)));
+        }
         let (room, hearing) = call.room(source.size());
-        hearing.hear(room, painted.pixels(), source.pixels());
-        Some(call.answered(source.size()))
+        let [painted, pixels] = [painted, source].map(|frame| frame.pixels().as_flattened());
+        hearing.hear(room.as_flattened_mut(), painted, pixels);
+        Some(call.answered(source.size(), None))
     }
 
     #[test]

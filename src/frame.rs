@@ -1,24 +1,39 @@
 //! Frames, their times, and what is known of a stream before it is read.
 
+mod planar;
+
 use image::RgbaImage;
 
+pub use crate::colour::{Colorimetry, Rgba};
+pub use planar::Memory;
+
+use crate::colour::Planes;
 use crate::error::{Error, Result};
 use crate::geom::{MAX_SIDE, Size};
-
-/// A pixel or a colour: red, green, blue, alpha (straight, not premultiplied), 0..255 each, in the
-/// source's own transfer curve (no linearisation, as in the paper).
-pub type Rgba = [u8; 4];
+use planar::Pixels;
 
 /// The most pixels that a frame may have: 16384 x 16384, 1 GiB of memory.
 pub const MAX_PIXELS: u64 = MAX_SIDE as u64 * MAX_SIDE as u64;
 
-/// A picture of `size` pixels, row by row from the top left.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// A picture of `size` pixels, row by row from the top left. One that came as [planes](Frame::planar)
+/// makes them when they are asked for.
+#[derive(Clone, Debug)]
 pub struct Frame {
     size: Size,
     opaque: bool,
-    pixels: Vec<Rgba>,
+    planes: Option<Planes>,
+    pixels: Pixels,
 }
+
+impl PartialEq for Frame {
+    fn eq(&self, other: &Self) -> bool {
+        self.size == other.size
+            && (self.planes.is_some() && self.planes == other.planes
+                || self.pixels() == other.pixels())
+    }
+}
+
+impl Eq for Frame {}
 
 impl Frame {
     /// A frame of `pixels`, row by row from the top left.
@@ -48,7 +63,7 @@ impl Frame {
         let both = |all: u32, pixel: &Rgba| all & u32::from_le_bytes(*pixel);
         let whole = |piece: &[Rgba]| piece.iter().fold(u32::MAX, both) >> 24 == 255;
         let opaque = opaque || pixels.chunks(4096).all(whole);
-        Ok(Self { size, opaque, pixels })
+        Ok(Self { size, opaque, planes: None, pixels: pixels.into() })
     }
 
     /// A frame of one colour.
@@ -57,7 +72,7 @@ impl Frame {
     /// When a side is 0 or above [`MAX_SIDE`].
     pub fn filled(size: Size, colour: Rgba) -> Result<Self> {
         check_size(size)?;
-        Ok(Self { size, opaque: colour[3] == 255, pixels: vec![colour; size.pixels()] })
+        Self::known(size, vec![colour; size.pixels()], colour[3] == 255)
     }
 
     /// The frame in `image`.
@@ -73,7 +88,8 @@ impl Frame {
 
     /// The frame as an image of the `image` crate, without copying.
     pub fn into_image(self) -> RgbaImage {
-        RgbaImage::from_raw(self.size.width, self.size.height, self.pixels.into_flattened())
+        let Size { width, height } = self.size;
+        RgbaImage::from_raw(width, height, self.into_pixels().into_flattened())
             .expect("a frame holds exactly width x height pixels")
     }
 
@@ -89,13 +105,13 @@ impl Frame {
 
     /// All pixels, row by row.
     pub fn pixels(&self) -> &[Rgba] {
-        &self.pixels
+        self.pixels.of(self.planes.as_ref())
     }
 
     /// The pixels of row `y`.
     pub fn row(&self, y: u32) -> &[Rgba] {
         let width = self.size.width as usize;
-        &self.pixels[y as usize * width..][..width]
+        &self.pixels()[y as usize * width..][..width]
     }
 
     /// The pixel at `(x, y)`.
@@ -103,9 +119,9 @@ impl Frame {
         self.row(y)[x as usize]
     }
 
-    /// The pixels themselves, to be used again as a buffer.
+    /// The pixels themselves.
     pub fn into_pixels(self) -> Vec<Rgba> {
-        self.pixels
+        self.pixels.into_vec(self.planes.as_ref())
     }
 }
 
@@ -279,19 +295,6 @@ pub struct StreamInfo {
     pub live: bool,
     /// Colour tags of a video.
     pub colour: Option<Colorimetry>,
-}
-
-/// Colour tags of a video, in ffmpeg's words (`bt709`, `smpte170m`, `tv`, `pc` ...); `None` is untold.
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct Colorimetry {
-    /// Matrix coefficients.
-    pub matrix: Option<String>,
-    /// `tv` (limited) or `pc` (full).
-    pub range: Option<String>,
-    /// Primaries.
-    pub primaries: Option<String>,
-    /// Transfer curve.
-    pub transfer: Option<String>,
 }
 
 /// A colour of a picture and the number of pixels that it covers.

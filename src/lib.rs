@@ -28,7 +28,7 @@
 //! ```
 //!
 //! Layers, lowest first; a module uses only what stands above it: [`geom`], [`stage`], [`error`],
-//! [`frame`], [`chance`]; [`options`], [`mesh`], [`hex`], [`echo`], [`scan`], [`draw`], [`colour`],
+//! [`colour`], [`frame`], [`chance`]; [`options`], [`mesh`], [`hex`], [`echo`], [`scan`], [`draw`],
 //! [`plane`], [`flow`], [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`], [`governor`];
 //! [`metric`], [`render`], [`source`], [`sink`], [`evaluate`]; [`pipeline`].
 

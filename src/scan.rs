@@ -5,6 +5,7 @@
 //! compute the same whole numbers for it, so the triangles of a mesh share out the pixels without gap
 //! or overlap.
 
+pub(crate) mod bytes;
 mod crossing;
 pub(crate) mod lanes;
 pub(crate) mod runs;

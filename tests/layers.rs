@@ -8,10 +8,11 @@ const ORDER: [&str; 28] = [
     "geom",
     "stage",
     "error",
+    "vector",
+    "colour",
     "frame",
     "chance",
-    "pattern",
-    "vector", // layer 0
+    "pattern", // layer 0
     "plane",
     "options",
     "mesh",
@@ -19,7 +20,6 @@ const ORDER: [&str; 28] = [
     "echo",
     "scan",
     "draw",
-    "colour",
     "flow",
     "feature", // layer 1
     "sample",

@@ -1,5 +1,6 @@
 //! The chain on one thread, as [`polyreel::render::Renderer`] has it, to be looked at between its stages.
 
+use polyreel::colour::Form;
 use polyreel::echo::Echo;
 use polyreel::feature::Extractor;
 use polyreel::frame::Frame;
@@ -23,18 +24,19 @@ pub(crate) struct Chain {
 }
 
 impl Chain {
-    pub(crate) fn new(options: &Options) -> Self {
+    /// A chain whose pictures are painted as planes of this `form`.
+    pub(crate) fn new(options: &Options, form: Option<Form>) -> Self {
         Self {
             extractor: Extractor::new(options),
             mesher: Mesher::new(options),
-            painter: Painter::new(options),
+            painter: Painter::new(options).with_form(form),
             echo: None,
         }
     }
 
     /// Takes back a picture that was looked at, as the sinks of a video give it back.
     pub(crate) fn reuse(&mut self, picture: Picture) {
-        self.painter.reuse(picture.frame.into_pixels());
+        self.painter.reuse(picture.frame.into_memory());
     }
 
     /// Renders `frame`, and calls `done` after each of [`STAGES`]. Taking up the mesh for the next frame

@@ -2,6 +2,7 @@
 //! generated video has.
 
 use polyreel::chance::{Purpose, unit};
+use polyreel::colour::{Coding, Form, Layout, Matrix, Planes, Range, Sampling, Siting, from_rgba};
 use polyreel::frame::{Frame, Rgba};
 use polyreel::geom::Size;
 
@@ -32,7 +33,22 @@ pub(crate) fn paint(size: Size, number: u64, grain: f64) -> Frame {
     Frame::new(size, pixels.collect()).expect("a frame of this size")
 }
 
-/// The first frames of the film, to be shown over and over where a run shall not wait for the painter.
+/// How video of `size`, which has even sides, is told.
+pub(crate) fn form(size: Size) -> Form {
+    let (sampling, siting) = (Sampling::Yuv420, Siting::Left);
+    let coding = Coding { matrix: Matrix::Bt709, range: Range::Limited };
+    Form { layout: Layout { size, sampling, siting, alpha: false }, coding }
+}
+
+/// The first frames of the film as video has them, planes, to be shown over and over where a run shall not
+/// wait for the painter.
 pub(crate) fn shot(size: Size, frames: u64) -> Vec<Frame> {
-    (0..frames).map(|number| paint(size, number, GRAIN)).collect()
+    let form = form(size);
+    let planar = |number| {
+        let mut data = Vec::new();
+        let pixels = paint(size, number, GRAIN).into_pixels();
+        from_rgba(size, &pixels, &form.layout, form.coding, &mut data);
+        Frame::planar(Planes { form, data }, Vec::new()).expect("even sides")
+    };
+    (0..frames).map(planar).collect()
 }

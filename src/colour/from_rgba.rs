@@ -1,19 +1,20 @@
 //! From pixels to planes.
 
-use super::{Coding, FRACTION, Layout, MEAN_BITS, Sampling, Siting, codes, fixed, weights};
-use crate::frame::Rgba;
+use super::{Coding, FRACTION, Layout, MEAN_BITS, Rgba, Sampling, Siting, codes, fixed, weights};
 use crate::geom::Size;
 use crate::vector::widest;
 
 /// Fixed-point factors from RGB to codes: of red, green and blue, and what is added.
-struct ToYuv {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ToYuv {
     luma: [i32; 4],
     u: [i32; 4],
     v: [i32; 4],
 }
 
 impl ToYuv {
-    fn new(coding: Coding) -> Self {
+    /// The factors for `coding`.
+    pub(crate) fn new(coding: Coding) -> Self {
         let (red, blue) = weights(coding.matrix);
         let green = 1.0 - red - blue;
         let (black, luma, chroma) = codes(coding.range);
@@ -30,6 +31,14 @@ impl ToYuv {
         let (u_red, v_blue) = (minor(red, blue), minor(blue, red));
         debug_assert!(green > 0.0, "green carries most of the luma");
         Self { luma, u: [u_red, -main - u_red, main, add], v: [main, -main - v_blue, v_blue, add] }
+    }
+
+    /// The codes of `colour`, whose alpha is not looked at: luma, Cb, Cr.
+    pub(crate) fn codes(&self, [r, g, b, _]: Rgba) -> [u8; 3] {
+        let sums = [r, g, b].map(u32::from);
+        // Those of chroma are over eight pixels.
+        let eight = sums.map(|sum| sum << MEAN_BITS);
+        [code(self.luma, sums), code(self.u, eight), code(self.v, eight)]
     }
 }
 

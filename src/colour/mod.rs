@@ -8,11 +8,29 @@
 mod from_rgba;
 mod to_rgba;
 
+pub(crate) use from_rgba::ToYuv;
 pub use from_rgba::from_rgba;
 pub use to_rgba::to_rgba;
+pub(crate) use to_rgba::{FromYuv, rows_to_rgba};
 
-use crate::frame::Colorimetry;
 use crate::geom::Size;
+
+/// A pixel or a colour: red, green, blue, alpha (straight, not premultiplied), 0..255 each, in the
+/// source's own transfer curve (no linearisation, as in the paper).
+pub type Rgba = [u8; 4];
+
+/// Colour tags of a video, in ffmpeg's words (`bt709`, `smpte170m`, `tv`, `pc` ...); `None` is untold.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Colorimetry {
+    /// Matrix coefficients.
+    pub matrix: Option<String>,
+    /// `tv` (limited) or `pc` (full).
+    pub range: Option<String>,
+    /// Primaries.
+    pub primaries: Option<String>,
+    /// Transfer curve.
+    pub transfer: Option<String>,
+}
 
 /// Bits of fraction in a conversion; the largest sum stays below 2^30.
 const FRACTION: u32 = 18;
@@ -66,6 +84,14 @@ impl Coding {
     }
 }
 
+impl Coding {
+    /// The code of black, and how many lie between black and white.
+    pub(crate) fn luma_codes(self) -> (f32, f32) {
+        let (black, luma, _) = codes(self.range);
+        (black as f32, luma as f32)
+    }
+}
+
 /// How many chroma samples there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
@@ -113,10 +139,61 @@ impl Layout {
         }
     }
 
+    /// Whether each sample of chroma stands for a square of four pixels, none cut off, and nothing is
+    /// transparent.
+    pub fn is_squared(&self) -> bool {
+        let even = self.size.width.is_multiple_of(2) && self.size.height.is_multiple_of(2);
+        self.sampling == Sampling::Yuv420 && even && !self.alpha
+    }
+
     /// Bytes of a picture.
     pub fn bytes(&self) -> usize {
         let (width, height) = self.chroma();
         self.size.pixels() * if self.alpha { 2 } else { 1 } + 2 * width * height
+    }
+}
+
+/// How a picture is told as planes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Form {
+    /// Where what stands.
+    pub layout: Layout,
+    /// What the codes mean.
+    pub coding: Coding,
+}
+
+/// A picture as planes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Planes {
+    /// How it is told.
+    pub form: Form,
+    /// The planes.
+    pub data: Vec<u8>,
+}
+
+impl Planes {
+    /// Luma, Cb and Cr.
+    pub(crate) fn split(&self) -> [&[u8]; 3] {
+        let (width, height) = self.form.layout.chroma();
+        let (luma, rest) = self.data.split_at(self.form.layout.size.pixels());
+        let (u, rest) = rest.split_at(width * height);
+        [luma, u, &rest[..width * height]]
+    }
+
+    /// The same, to be written.
+    pub(crate) fn split_mut(&mut self) -> [&mut [u8]; 3] {
+        let (width, height) = self.form.layout.chroma();
+        let (luma, rest) = self.data.split_at_mut(self.form.layout.size.pixels());
+        let (u, rest) = rest.split_at_mut(width * height);
+        [luma, u, &mut rest[..width * height]]
+    }
+
+    /// The samples nearest to pixel `(x, y)` of a [squared](Layout::is_squared) picture.
+    pub(crate) fn at(&self, x: u32, y: u32) -> [u8; 3] {
+        let [luma, u, v] = self.split();
+        let (x, y) = (x as usize, y as usize);
+        let chroma = y / 2 * self.form.layout.chroma().0 + x / 2;
+        [luma[y * self.form.layout.size.width as usize + x], u[chroma], v[chroma]]
     }
 }
 
@@ -144,7 +221,6 @@ fn fixed(value: f64, bits: u32) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Rgba;
 
     const MATRICES: [Matrix; 3] = [Matrix::Bt601, Matrix::Bt709, Matrix::Bt2020];
     const RANGES: [Range; 2] = [Range::Limited, Range::Full];

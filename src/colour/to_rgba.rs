@@ -1,11 +1,11 @@
 //! From planes to pixels.
 
-use super::{CHROMA_BITS, Coding, FRACTION, Layout, Sampling, Siting, codes, fixed, weights};
-use crate::frame::Rgba;
+use super::{CHROMA_BITS, Coding, FRACTION, Layout, Rgba, Sampling, Siting, codes, fixed, weights};
 use crate::vector::widest;
 
 /// Fixed-point factors from codes to RGB.
-struct FromYuv {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FromYuv {
     black: i32,
     luma: i32,
     red_v: i32,
@@ -15,7 +15,8 @@ struct FromYuv {
 }
 
 impl FromYuv {
-    fn new(coding: Coding) -> Self {
+    /// The factors for `coding`.
+    pub(crate) fn new(coding: Coding) -> Self {
         let (red, blue) = weights(coding.matrix);
         let green = 1.0 - red - blue;
         let (black, luma, chroma) = codes(coding.range);
@@ -43,6 +44,22 @@ impl FromYuv {
         // In one number: lanes of 32 bits are what compilers make vectors of.
         (red | green << 8 | blue << 16 | u32::from(alpha) << 24).to_le_bytes()
     }
+
+    /// The opaque colour of mean codes: luma, Cb and Cr, each a sum and how many it is of, not 0.
+    pub(crate) fn mean(&self, codes: [(u64, u64); 3]) -> Rgba {
+        // In 1/256 code, which is rounded to once before the colour is.
+        const BITS: u32 = 8;
+        let [y, u, v] = codes.map(|(sum, count)| (((sum << BITS) + count / 2) / count) as i64);
+        let luma = (y - (i64::from(self.black) << BITS)) * i64::from(self.luma);
+        let chroma =
+            |factor: i32, code: i64| ((code - (128 << BITS)) * i64::from(factor)) << CHROMA_BITS;
+        let byte = |sum: i64| {
+            let half = 1 << (FRACTION + BITS - 1);
+            ((luma + sum + half) >> (FRACTION + BITS)).clamp(0, 255) as u8
+        };
+        let green = chroma(self.green_u, u) + chroma(self.green_v, v);
+        [byte(chroma(self.red_v, v)), byte(green), byte(chroma(self.blue_u, u)), 255]
+    }
 }
 
 /// Turns the planes in `data` into pixels, which replace the contents of `out`.
@@ -50,6 +67,18 @@ impl FromYuv {
 /// # Panics
 /// When `data` is not [`Layout::bytes`] long.
 pub fn to_rgba(layout: &Layout, coding: Coding, data: &[u8], out: &mut Vec<Rgba>) {
+    out.resize(layout.size.pixels(), [0; 4]);
+    rows_to_rgba(layout, coding, data, 0, out);
+}
+
+/// The same of those rows, from row `first` on, that fill `out`.
+pub(crate) fn rows_to_rgba(
+    layout: &Layout,
+    coding: Coding,
+    data: &[u8],
+    first: usize,
+    out: &mut [Rgba],
+) {
     assert_eq!(data.len(), layout.bytes(), "the planes fit the layout");
     let (width, pixels) = (layout.size.width as usize, layout.size.pixels());
     let (luma, rest) = data.split_at(pixels);
@@ -57,10 +86,9 @@ pub fn to_rgba(layout: &Layout, coding: Coding, data: &[u8], out: &mut Vec<Rgba>
     let (u, rest) = rest.split_at(chroma_width * chroma_height);
     let (v, alpha) = rest.split_at(chroma_width * chroma_height);
     let factors = FromYuv::new(coding);
-    out.resize(pixels, [0; 4]);
     let [mut us, mut vs] = [vec![0u16; width], vec![0u16; width]];
     let mut blend = vec![0u16; chroma_width];
-    for (row, out) in out.chunks_mut(width).enumerate() {
+    for (row, out) in (first..).zip(out.chunks_mut(width)) {
         widest(
             #[inline(always)]
             || {

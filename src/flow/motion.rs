@@ -4,7 +4,8 @@ use rayon::prelude::*;
 
 use super::patch::{PATCH, Patch, Window, dot, sum};
 use super::starts;
-use crate::frame::{Frame, Rgba};
+use crate::colour::Planes;
+use crate::frame::Frame;
 use crate::geom::Size;
 use crate::plane::Plane;
 use crate::vector::widest;
@@ -36,19 +37,10 @@ impl Small {
         let side = size.width.max(size.height);
         let factor = side.div_ceil(SMALL_SIDE).min(size.width.min(size.height));
         let small = Size::new(size.width / factor, size.height / factor);
-        let mut plane = Plane::filled(small, 0.0);
-        let rows = plane.values_mut().par_chunks_exact_mut(small.width as usize);
-        let used = (small.width * factor) as usize * 4;
-        rows.enumerate().for_each_init(
-            || vec![0u16; used],
-            |sums, (y, out)| {
-                let rows = (y as u32 * factor..).take(factor as usize).map(|y| frame.row(y));
-                widest(
-                    #[inline(always)]
-                    || small_row(rows, factor, sums, out),
-                );
-            },
-        );
+        let plane = match frame.planes() {
+            Some(planes) => means_of_luma(small, factor, planes),
+            None => means_of_pixels(small, factor, frame),
+        };
         let mut levels = vec![plane];
         while let Some(last) = levels.last()
             && levels.len() < LEVELS
@@ -65,24 +57,60 @@ impl Small {
     }
 }
 
-/// A row of small pixels from as many `rows` of the frame; `sums` is memory to work in.
-#[inline(always)]
-fn small_row<'a>(
-    rows: impl Iterator<Item = &'a [Rgba]>,
+/// Mean lumas, as many as `small` says, of `factor` x `factor` pixels of `frame`.
+fn means_of_pixels(small: Size, factor: u32, frame: &Frame) -> Plane<f32> {
+    let row = |y: u32| frame.row(y).as_flattened();
+    small_rows(small, factor, 4, row, |sums| mean_luma(sums, factor))
+}
+
+/// The same of the luma of `planes`.
+fn means_of_luma(small: Size, factor: u32, planes: &Planes) -> Plane<f32> {
+    let [luma, _, _] = planes.split();
+    let width = planes.form.layout.size.width as usize;
+    let row = |y: u32| &luma[y as usize * width..][..width];
+    let (black, codes) = planes.form.coding.luma_codes();
+    let (scale, all) = (255.0 / codes, (factor * factor) as f32);
+    small_rows(small, factor, 1, row, |sums| {
+        let sum: u32 = sums.iter().map(|&sum| u32::from(sum)).sum();
+        ((sum as f32 / all - black) * scale).clamp(0.0, 255.0)
+    })
+}
+
+/// Rows of small pixels, each the `mean` of its columns' sums of `factor` of the frame's rows; a pixel of those
+/// has as many bytes as `each` says.
+fn small_rows<'a>(
+    small: Size,
     factor: u32,
-    sums: &mut [u16],
-    out: &mut [f32],
-) {
-    sums.fill(0);
-    for row in rows {
-        for (sum, &byte) in sums.iter_mut().zip(row.as_flattened()) {
-            // A small pixel has 35 rows at most: MAX_SIDE / SMALL_SIDE.
-            *sum += u16::from(byte);
-        }
-    }
-    for (out, sums) in out.iter_mut().zip(sums.chunks_exact(4 * factor as usize)) {
-        *out = mean_luma(sums, factor);
-    }
+    each: usize,
+    row: impl Fn(u32) -> &'a [u8] + Sync,
+    mean: impl Fn(&[u16]) -> f32 + Sync,
+) -> Plane<f32> {
+    let mut plane = Plane::filled(small, 0.0);
+    let used = (small.width * factor) as usize * each;
+    let rows = plane.values_mut().par_chunks_exact_mut(small.width as usize).enumerate();
+    rows.for_each_init(
+        || vec![0u16; used],
+        |sums, (y, out)| {
+            let first = y as u32 * factor;
+            widest(
+                #[inline(always)]
+                || {
+                    sums.fill(0);
+                    for y in first..first + factor {
+                        for (sum, &byte) in sums.iter_mut().zip(row(y)) {
+                            // A small pixel has 35 rows at most: MAX_SIDE / SMALL_SIDE.
+                            *sum += u16::from(byte);
+                        }
+                    }
+                    for (out, sums) in out.iter_mut().zip(sums.chunks_exact(each * factor as usize))
+                    {
+                        *out = mean(sums);
+                    }
+                },
+            );
+        },
+    );
+    plane
 }
 
 /// The mean luma of a small pixel, 0..255, from its columns' sums of red, green, blue and alpha.

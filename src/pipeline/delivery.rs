@@ -3,7 +3,7 @@
 use crossbeam_channel::{Receiver, Sender};
 
 use crate::error::{Error, Result};
-use crate::frame::Rgba;
+use crate::frame::Memory;
 use crate::sink::Sink;
 use crate::stage::Stage;
 
@@ -18,8 +18,8 @@ pub(super) struct Delivery<'a> {
     pub(super) sink: Box<dyn Sink>,
     /// The way to the observer.
     pub(super) tell: Sender<FrameReport>,
-    /// The pixels of pictures that have been written, on their way back to the rasteriser.
-    pub(super) return_canvas: Sender<Vec<Rgba>>,
+    /// The memory of pictures that have been written, on their way back to the rasteriser.
+    pub(super) return_canvas: Sender<Memory>,
     /// The user's wish to stop.
     pub(super) stop: &'a Stop,
     /// Whether an input that breaks off still gives an output, of the frames before.

@@ -32,10 +32,11 @@ use std::time::Instant;
 
 use crossbeam_channel::{Receiver, Sender, bounded};
 
+use crate::colour::Form;
 use crate::echo::Echo;
 use crate::error::{Error, Result};
 use crate::feature::Extractor;
-use crate::frame::{Frame, Rgba};
+use crate::frame::{Frame, Memory};
 use crate::options::Options;
 use crate::rasterise::{Brief, Painter};
 use crate::render::{Mesher, triangulate_start};
@@ -141,9 +142,9 @@ pub fn run(
         let decoding = spawn(scope, "decode", move || decode(start, station, &door))?;
         let spent = (!sink.wants_origin()).then_some(return_spent);
         let (return_canvas, canvases) = bounded(ROOM);
-        let returns = Returns { spent, canvases };
+        let exit = Exit { form: sink.form(), spent, canvases };
         let (chain, painted) =
-            spawn_chain(scope, admitted, &controls, pilot, settings.threads, returns)?;
+            spawn_chain(scope, admitted, &controls, pilot, settings.threads, exit)?;
         let (tell, told) = bounded(ROOM);
         let keep_truncated = settings.allow_truncated;
         let delivery = Delivery { sink, tell, return_canvas, stop, keep_truncated };
@@ -192,12 +193,14 @@ impl Drop for End<'_> {
 /// Running stages, and what comes out of the last of them.
 type Chain<'s> = (Vec<ScopedJoinHandle<'s, ()>>, Receiver<Result<Painted>>);
 
-/// Memory on its way back, to be filled again.
-struct Returns {
+/// What the way out wants, and memory on its way back, to be filled again.
+struct Exit {
+    /// How pictures are wanted.
+    form: Option<Form>,
     /// Takes frames that have been painted to the source. Without it they go on to the sink.
     spent: Option<Sender<Frame>>,
-    /// The pixels of pictures that have been written.
-    canvases: Receiver<Vec<Rgba>>,
+    /// That of pictures that have been written.
+    canvases: Receiver<Memory>,
 }
 
 /// The stages between decode and encode, each on a thread of its own.
@@ -207,7 +210,7 @@ fn spawn_chain<'s, 'e>(
     controls: &Controls,
     pilot: &'e Pilot,
     threads: Option<NonZeroUsize>,
-    Returns { spent, canvases }: Returns,
+    Exit { form, spent, canvases }: Exit,
 ) -> Result<Chain<'s>> {
     let options = controls.options();
     let (extract, extracted) = bounded(ROOM);
@@ -238,7 +241,7 @@ fn spawn_chain<'s, 'e>(
     })?;
     let (paint, painted) = bounded(ROOM);
     let station = Station::new(Stage::Rasterise, paint);
-    let mut painter = Painter::new(&options);
+    let mut painter = Painter::new(&options).with_form(form);
     let mut tuned = options;
     let paint_thread = spawn(scope, "rasterise", move || {
         station.run_in_pool(threads, meshed, |pool, clock, hop| {

@@ -1,22 +1,25 @@
 //! Mean colours of the triangles, and the picture that they make.
 
 mod canvas;
-pub mod memory;
+pub mod colours;
+mod planar;
 mod sparse;
 mod style;
 mod tally;
 
 use rayon::prelude::*;
 
+use crate::colour::Form;
 use crate::echo::{Call, Echo};
-use crate::frame::{Fill, Frame, Rgba};
+use crate::frame::{Fill, Frame, Memory, Rgba};
 use crate::geom::Point;
 use crate::mesh::Mesh;
 use crate::options::Options;
 use crate::scan::runs::Bands;
 use crate::vector::widest;
 use canvas::Canvas;
-use memory::Memory;
+use colours::Colours;
+use planar::Easels;
 use sparse::sparse_means;
 use style::Style;
 use tally::Tally;
@@ -50,10 +53,12 @@ const PACK: usize = 512;
 pub struct Painter {
     style: Style,
     coherence: f64,
-    memory: Memory,
-    /// Pixels of a picture that is no longer needed.
-    spent: Vec<Rgba>,
+    colours: Colours,
+    form: Option<Form>,
+    /// Of pictures that are no longer needed.
+    spent: Memory,
     bands: Bands,
+    easels: Easels,
 }
 
 impl Painter {
@@ -63,15 +68,30 @@ impl Painter {
         Self {
             style,
             coherence: options.coherence,
-            memory: Memory::default(),
-            spent: Vec::new(),
+            colours: Colours::default(),
+            form: None,
+            spent: Memory::default(),
             bands: Bands::default(),
+            easels: Easels::default(),
         }
     }
 
-    /// Takes the pixels of a picture that is no longer needed: the next one is painted in their memory.
-    pub fn reuse(&mut self, spent: Vec<Rgba>) {
-        self.spent = spent;
+    /// The same, and pictures that are opaque and without outlines are painted as planes of this `form`,
+    /// if any, which must be [squared](crate::colour::Layout::is_squared).
+    pub fn with_form(mut self, form: Option<Form>) -> Self {
+        self.form = form.filter(|form| form.layout.is_squared());
+        self
+    }
+
+    /// Takes the memory of a picture that is no longer needed: the next one is painted in it.
+    pub fn reuse(&mut self, spent: Memory) {
+        let Memory { pixels, planes } = spent;
+        if !pixels.is_empty() {
+            self.spent.pixels = pixels;
+        }
+        if !planes.is_empty() {
+            self.spent.planes = planes;
+        }
     }
 
     /// Changes the options from the next frame on.
@@ -82,7 +102,8 @@ impl Painter {
 
     /// Paints the next frame, see [`rasterise`]; and what the picture, before its colours are graded and
     /// outlines drawn, is off the frame, where the `brief` asks for it. Mean colours that are not known are
-    /// taken from every `rows`-th row, where a triangle has enough of them.
+    /// taken from every `rows`-th row, where a triangle has enough of them; planes are so little that all
+    /// their rows count.
     pub fn paint(
         &mut self,
         mesh: &Mesh,
@@ -92,24 +113,27 @@ impl Painter {
     ) -> (Painting, Option<Echo>) {
         let mut fills = if brief.known.len() == mesh.triangles.len() {
             seen_below(mesh, frame, brief.known)
-        } else if rows > 1 {
+        } else if rows > 1 && frame.planes().is_none() {
             sparse_means(mesh, frame, rows)
         } else {
             means(mesh, frame)
         };
         if brief.fresh {
-            self.memory.forget();
+            self.colours.forget();
         }
         if self.coherence > 0.0 {
-            self.memory.steady(mesh, &mut fills, self.coherence);
+            self.colours.steady(mesh, &mut fills, self.coherence);
         }
         let mut canvas = Canvas {
-            pixels: std::mem::take(&mut self.spent),
+            memory: &mut self.spent,
             bands: &mut self.bands,
+            easels: &mut self.easels,
+            form: self.form.filter(|form| form.layout.size == mesh.size),
             asked: brief.call.filter(|_| frame.is_opaque()).map(|call| (call, frame)),
         };
         let painting = canvas.paint(mesh, fills, &self.style);
-        (painting, canvas.asked.map(|(call, _)| call.answered(mesh.size)))
+        let form = frame.planes().map(|planes| planes.form);
+        (painting, canvas.asked.map(|(call, _)| call.answered(mesh.size, form)))
     }
 }
 
@@ -119,13 +143,18 @@ impl Painter {
 /// A transparent pixel weighs nothing in the mean; the triangle's alpha is the mean alpha. Mesh and
 /// frame must have one size.
 pub fn rasterise(mesh: &Mesh, frame: &Frame, outline: Option<Rgba>) -> Painting {
-    let mut canvas = Canvas { pixels: Vec::new(), bands: &mut Bands::default(), asked: None };
+    let (memory, bands, easels) =
+        (&mut Memory::default(), &mut Bands::default(), &mut Easels::default());
+    let mut canvas = Canvas { memory, bands, easels, form: None, asked: None };
     canvas.paint(mesh, means(mesh, frame), &Style::plain(outline))
 }
 
 /// The mean colour and the area of each triangle. One that covers no pixel's centre has the colour of
 /// the pixel below its centroid, and no area.
 pub fn means(mesh: &Mesh, frame: &Frame) -> Vec<Fill> {
+    if let Some(planes) = frame.planes() {
+        return planar::means(mesh, planes);
+    }
     each_triangle(
         mesh,
         #[inline(always)]
@@ -171,10 +200,13 @@ fn seen_below(mesh: &Mesh, frame: &Frame, mut fills: Vec<Fill>) -> Vec<Fill> {
     fills
 }
 
-fn below_centroid(frame: &Frame, [a, b, c]: [Point; 3]) -> Rgba {
-    let centroid = Point::new((a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3);
-    let (x, y) = centroid.pixel(frame.size());
-    frame.at(x, y)
+fn below_centroid(frame: &Frame, triangle: [Point; 3]) -> Rgba {
+    let (x, y) = centroid(triangle).pixel(frame.size());
+    frame.near(x, y)
+}
+
+fn centroid([a, b, c]: [Point; 3]) -> Point {
+    Point::new((a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3)
 }
 
 #[cfg(test)]

@@ -1,25 +1,24 @@
 //! What error a triangle may be expected to have on a picture.
 
+use std::ops::Range;
+
 use super::rows::RowSums;
 use super::sums::Total;
 use crate::frame::Frame;
-use crate::geom::Point;
-use crate::scan;
+use crate::geom::{Point, Size};
+use crate::scan::{self, first_centre};
+
+/// Triangles along each side of the frame.
+const ALONG: i32 = 16;
 
 /// The mean squared error of triangles of a plain grid, when `triangles` of them share `frame`. From 256
 /// samples. Where the frame is not opaque, `rows` has all of its sums.
 pub(super) fn cell_error(rows: &RowSums, frame: &Frame, triangles: usize) -> f64 {
-    const ALONG: i32 = 16;
-    let far = frame.size().far();
-    let area = f64::from(far.x) * f64::from(far.y) / triangles.max(1) as f64;
-    let leg = ((2.0 * area).sqrt() as i32).clamp(1, far.x.min(far.y));
+    let (far, leg) = (frame.size().far(), leg(frame.size(), triangles));
     let mut error = 0.0;
     for j in 0..ALONG {
         for i in 0..ALONG {
-            let place = |k: i32, far: i32| {
-                (i64::from(far - leg) * i64::from(k) / i64::from(ALONG - 1)) as i32
-            };
-            let a = Point::new(place(i, far.x), place(j, far.y));
+            let a = Point::new(place(i, far.x - leg), place(j, far.y - leg));
             let triangle = [a, Point::new(a.x + leg, a.y), Point::new(a.x, a.y + leg)];
             let total = match frame.is_opaque() {
                 // From the pixels: not all rows may have been summed.
@@ -30,6 +29,27 @@ pub(super) fn cell_error(rows: &RowSums, frame: &Frame, triangles: usize) -> f64
         }
     }
     error / f64::from(ALONG * ALONG)
+}
+
+/// The rows of a frame of `size` that [`cell_error`] reads.
+pub(super) fn cell_rows(size: Size, triangles: usize) -> impl Iterator<Item = Range<u32>> {
+    let leg = leg(size, triangles);
+    let (top, height) = (move |j| place(j, size.far().y - leg), size.height);
+    (0..ALONG)
+        .map(top)
+        .map(move |y| first_centre(y) as u32..(first_centre(y + leg) as u32).min(height))
+}
+
+/// The legs of the triangles.
+fn leg(size: Size, triangles: usize) -> i32 {
+    let far = size.far();
+    let area = f64::from(far.x) * f64::from(far.y) / triangles.max(1) as f64;
+    ((2.0 * area).sqrt() as i32).clamp(1, far.x.min(far.y))
+}
+
+/// Where the `k`-th of [`ALONG`] triangles begins.
+fn place(k: i32, last: i32) -> i32 {
+    (i64::from(last) * i64::from(k) / i64::from(ALONG - 1)) as i32
 }
 
 /// What the pixels of a triangle add up to, one by one.

@@ -37,7 +37,7 @@ mod tend;
 mod tests;
 
 use crate::echo::{Call, Echo};
-use crate::frame::{Fill, Frame, Rgba};
+use crate::frame::{Fill, Frame, Memory};
 use crate::mesh::Mesh;
 use cell::cell_error;
 use replace::turns;
@@ -155,8 +155,8 @@ pub struct Refiner {
     rows: RowSums,
     surface: Surface,
     stepper: Stepper,
-    /// Pixels that nobody needs any more.
-    spent: Vec<Rgba>,
+    /// Of frames that nobody needs any more.
+    spent: Memory,
     /// The stripe of vertices that comes next where a step is done in part.
     stripe: u32,
     /// Where the picture is [tended](Refiner::tend) next.
@@ -265,7 +265,7 @@ impl Refiner {
             self.surface.measure(&self.rows);
             let refined = self.run(mesh, frame, options, carried, None);
             if let Some(wanted) = wanted {
-                self.spent = wanted.into_pixels();
+                self.spent = wanted.into_memory();
             }
             refined
         })

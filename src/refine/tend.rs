@@ -1,6 +1,7 @@
 //! Births and deaths where no step is asked for.
 
 use super::Field;
+use super::cell::cell_rows;
 use super::step::Changes;
 use super::surface::Surface;
 use super::{RefineOptions, Refined, Refiner};
@@ -65,7 +66,7 @@ impl Refiner {
         if mesh.size != frame.size() {
             return Refined::default();
         }
-        let Self { rows, surface, stepper, sweep, .. } = self;
+        let Self { rows, surface, stepper, sweep, spent, .. } = self;
         let strip = sweep.next(moved(surface, mesh));
         let Some(strip) = strip else {
             if surface.at.len() == mesh.vertices.len() {
@@ -79,7 +80,11 @@ impl Refiner {
                 stepper.forget(surface.at.len());
             }
             let here = overlapping(surface, strip);
-            rows.load_rows(frame, rows_of(surface, &here));
+            let wanted = rows_of(surface, &here);
+            let read = cell_rows(frame.size(), surface.triangles()).chain([wanted.clone()]);
+            let some = frame.with_rows(read, &mut spent.pixels);
+            let frame = some.as_ref().unwrap_or(frame);
+            rows.load_rows(frame, wanted);
             surface.measure_some(rows, &here);
             let still = RefineOptions { running: false, ..*options };
             let field = Field::new(rows, frame, surface.triangles(), &still);
@@ -91,6 +96,9 @@ impl Refiner {
             stepper.rest.open();
             if !changes.is_empty() {
                 surface.store(mesh);
+            }
+            if let Some(some) = some {
+                spent.pixels = some.into_pixels();
             }
             let Changes { flipped, mut replaced, .. } = changes;
             replaced.sort_unstable();

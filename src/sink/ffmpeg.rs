@@ -8,13 +8,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ChildStdin;
 
-use crate::colour::{Coding, Layout, Sampling, Siting, from_rgba};
+use crate::colour::{Coding, Form, Layout, Sampling, Siting};
 use crate::error::{Error, Result};
-use crate::frame::{Colorimetry, Rational, Rgba, check_size, over};
+use crate::frame::{Colorimetry, Memory, Rational, Rgba, check_size};
 use crate::geom::Size;
 use crate::sink::codec::{Container, Encoder};
 use crate::sink::nut::NutWriter;
 use crate::sink::place::Place;
+use crate::sink::planes::fill_planes;
 use crate::sink::remux::{Beside, Finished, Last, bare, placing, remux};
 use crate::sink::sound::{self, Streams};
 use crate::sink::tags::{tag_arguments, tags};
@@ -30,8 +31,7 @@ pub struct VideoSink {
     ffmpeg: Option<PathBuf>,
     background: Rgba,
     spec: VideoSpec,
-    layout: Layout,
-    coding: Coding,
+    form: Form,
     time_base: Rational,
     streams: Option<Streams>,
     /// Whether the sound goes in with the picture.
@@ -44,7 +44,7 @@ pub struct VideoSink {
     /// After the child: it is ended before its file is removed.
     place: Place,
     planes: Vec<u8>,
-    spent: Vec<Rgba>,
+    spent: Memory,
     first: Option<Rational>,
     last_pts: Option<u64>,
     count: u64,
@@ -140,8 +140,7 @@ impl VideoSink {
             ffmpeg: options.ffmpeg.clone(),
             background: *background,
             spec,
-            layout,
-            coding,
+            form: Form { layout, coding },
             time_base,
             streams,
             along,
@@ -151,7 +150,7 @@ impl VideoSink {
             child,
             place,
             planes: Vec::new(),
-            spent: Vec::new(),
+            spent: Memory::default(),
             first: None,
             last_pts: None,
             count: 0,
@@ -248,13 +247,7 @@ impl Sink for VideoSink {
             return Err(Error::output(self.place.named(), what));
         }
         let pts = self.pts(span.start);
-        let opaque = frame.is_opaque();
-        let mut pixels = frame.into_pixels();
-        if !opaque {
-            lay_over(&mut pixels, self.background);
-        }
-        from_rgba(self.spec.size, &pixels, &self.layout, self.coding, &mut self.planes);
-        self.spent = pixels;
+        self.spent = fill_planes(&mut self.planes, frame, &self.form, Some(self.background));
         let written = match &mut self.writer {
             Some(writer) => writer.write(pts, &self.planes),
             None => Err(io::ErrorKind::BrokenPipe.into()),
@@ -270,7 +263,12 @@ impl Sink for VideoSink {
         Ok(())
     }
 
-    fn spent(&mut self) -> Vec<Rgba> {
+    fn form(&self) -> Option<Form> {
+        let Layout { size, .. } = self.form.layout;
+        Some(self.form).filter(|form| form.layout.is_squared() && size == self.spec.size)
+    }
+
+    fn spent(&mut self) -> Memory {
         std::mem::take(&mut self.spent)
     }
 
@@ -317,13 +315,6 @@ fn leaving(time_base: Rational) -> Vec<OsString> {
     args
 }
 
-/// Lays `pixels` over `background` and makes them opaque.
-fn lay_over(pixels: &mut [Rgba], background: Rgba) {
-    for pixel in pixels {
-        *pixel = over(*pixel, background);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -342,14 +333,5 @@ mod tests {
         let ntsc = Rational::new(30000, 1001);
         assert_eq!(coarse_time_base(Some(ntsc), 65535), Rational::new(1001, 30000));
         assert_eq!(coarse_time_base(None, 65535), Rational::new(1, 1000));
-    }
-
-    #[test]
-    fn transparency_shows_the_background() {
-        let mut pixels = [[200, 100, 0, 255], [9, 9, 9, 0], [255, 255, 255, 128]];
-        lay_over(&mut pixels, [10, 20, 30, 255]);
-        assert_eq!(pixels[0], [200, 100, 0, 255]);
-        assert_eq!(pixels[1], [10, 20, 30, 255]);
-        assert_eq!(pixels[2], [133, 138, 143, 255]);
     }
 }

@@ -7,6 +7,7 @@ mod null;
 pub mod nut;
 mod palette;
 pub mod place;
+mod planes;
 pub(crate) mod remux;
 pub mod sound;
 mod spec;
@@ -19,8 +20,9 @@ pub use unfinished::remove_unfinished;
 
 use std::path::{Path, PathBuf};
 
+use crate::colour::Form;
 use crate::error::{Error, Result};
-use crate::frame::{Fill, Frame, Loops, Rgba, Span, StreamInfo};
+use crate::frame::{Fill, Frame, Loops, Memory, Rgba, Span, StreamInfo};
 use crate::mesh::Mesh;
 use crate::pattern::Pattern;
 
@@ -73,10 +75,16 @@ pub trait Sink: Send {
         self.write(picture)
     }
 
-    /// The pixels of a picture that was written and is no longer needed: another may be painted in
-    /// their memory. Default: none.
-    fn spent(&mut self) -> Vec<Rgba> {
-        Vec::new()
+    /// The planes, [squared](crate::colour::Layout::is_squared), as which pictures are wanted that are opaque
+    /// and without outlines; others come as pixels all the same. Default: none, all come as pixels.
+    fn form(&self) -> Option<Form> {
+        None
+    }
+
+    /// The memory of a picture that was written and is no longer needed: another may be painted in it.
+    /// Default: none.
+    fn spent(&mut self) -> Memory {
+        Memory::default()
     }
 
     /// Completes the output and puts it in its place.

@@ -2,21 +2,21 @@
 
 use super::{Picture, Sink};
 use crate::error::Result;
-use crate::frame::Rgba;
+use crate::frame::Memory;
 
 /// Discards pictures.
 #[derive(Debug, Default)]
 pub(crate) struct Null {
-    spent: Vec<Rgba>,
+    spent: Memory,
 }
 
 impl Sink for Null {
     fn write(&mut self, picture: Picture) -> Result<()> {
-        self.spent = picture.frame.into_pixels();
+        self.spent = picture.frame.into_memory();
         Ok(())
     }
 
-    fn spent(&mut self) -> Vec<Rgba> {
+    fn spent(&mut self) -> Memory {
         std::mem::take(&mut self.spent)
     }
 

@@ -9,11 +9,12 @@ use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use crate::colour::{Coding, Layout, Range, Sampling, Siting, from_rgba};
+use crate::colour::{Coding, Form, Layout, Range, Sampling, Siting};
 use crate::error::{Error, Result};
-use crate::frame::{Colorimetry, Rational, Rgba, StreamInfo, check_size};
+use crate::frame::{Colorimetry, Memory, Rational, StreamInfo, check_size};
 use crate::geom::Size;
 use crate::sink::place::Place;
+use crate::sink::planes::fill_planes;
 use crate::sink::{Picture, Sink, SinkOptions};
 
 /// The rate for frames of varying length that come without one: that of the delays in a GIF.
@@ -25,12 +26,11 @@ const STILL_RATE: Rational = Rational { num: 25, den: 1 };
 pub struct Y4mSink<W> {
     output: W,
     path: PathBuf,
-    layout: Layout,
-    coding: Coding,
+    form: Form,
     /// The header, until it is written with the first frame.
     header: Option<String>,
     planes: Vec<u8>,
-    spent: Vec<Rgba>,
+    spent: Memory,
     rate: Rational,
     /// The number of the next frame, counted from time 0, once there was one.
     next: Option<i64>,
@@ -78,7 +78,11 @@ impl Sink for Y4mFile {
         self.stream.write(picture)
     }
 
-    fn spent(&mut self) -> Vec<Rgba> {
+    fn form(&self) -> Option<Form> {
+        self.stream.form()
+    }
+
+    fn spent(&mut self) -> Memory {
         self.stream.spent()
     }
 
@@ -122,11 +126,10 @@ impl<W: Write + Send> Y4mSink<W> {
         Ok(Self {
             output,
             path: path.into(),
-            layout,
-            coding,
+            form: Form { layout, coding },
             header,
             planes: Vec::new(),
-            spent: Vec::new(),
+            spent: Memory::default(),
             rate,
             next: None,
             end: Rational::ZERO,
@@ -165,22 +168,26 @@ impl<W: Write + Send> Y4mSink<W> {
 impl<W: Write + Send> Sink for Y4mSink<W> {
     fn write(&mut self, picture: Picture) -> Result<()> {
         let frame = &picture.frame;
-        if frame.size() != self.layout.size {
-            let what = format!("a picture of {} among those of {}", frame.size(), self.layout.size);
+        let size = self.form.layout.size;
+        if frame.size() != size {
+            let what = format!("a picture of {} among those of {size}", frame.size());
             return Err(Error::output(&self.path, what));
         }
         let held = self.hold(picture.span.start);
         self.told(held)?;
-        from_rgba(frame.size(), frame.pixels(), &self.layout, self.coding, &mut self.planes);
+        self.spent = fill_planes(&mut self.planes, picture.frame, &self.form, None);
         let result = self.put();
         self.next = self.next.map(|next| next + 1);
         let length = picture.span.length.or(self.rate.recip()).unwrap_or(Rational::ZERO);
         self.end = picture.span.start + length;
-        self.spent = picture.frame.into_pixels();
         self.told(result)
     }
 
-    fn spent(&mut self) -> Vec<Rgba> {
+    fn form(&self) -> Option<Form> {
+        Some(self.form).filter(|form| form.layout.is_squared())
+    }
+
+    fn spent(&mut self) -> Memory {
         std::mem::take(&mut self.spent)
     }
 

@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 use std::process::ChildStdout;
 use std::sync::Arc;
 
-use crate::colour::to_rgba;
+use crate::colour::{Form, Planes, to_rgba};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Rational, Rgba, Span, StreamInfo};
+use crate::frame::{Frame, Memory, Rational, Span, StreamInfo};
 use crate::source::child::{self, Child, Pipe};
 use crate::source::command;
 use crate::source::early::{BUFFER, Early, Frames};
@@ -113,7 +113,7 @@ impl Video {
             child,
             ahead: None,
             spare: Vec::new(),
-            spent: Vec::new(),
+            spent: Memory::default(),
             outcome: None,
             from: Rational::ZERO,
             delivered: 0,
@@ -144,7 +144,7 @@ pub struct VideoSource {
     ahead: Option<Raw>,
     spare: Vec<u8>,
     /// Of a frame that came back.
-    spent: Vec<Rgba>,
+    spent: Memory,
     /// How it ended, once it has: what is wrong, if anything.
     outcome: Option<Result<(), String>>,
     /// Frames before this moment are not wanted.
@@ -240,6 +240,28 @@ impl VideoSource {
         Err(format!("the video is cut short: its last frame is at {last:.3} s of {end:.3} s"))
     }
 
+    /// The frame in `data`, in the memory of one that came back.
+    fn frame(&mut self, data: Vec<u8>) -> Result<Frame> {
+        let Memory { mut pixels, planes } = std::mem::take(&mut self.spent);
+        match self.track.pixels {
+            Pixels::Planar(layout, coding) if layout.is_squared() => {
+                self.spare = planes;
+                Frame::planar(Planes { form: Form { layout, coding }, data }, pixels)
+            }
+            Pixels::Planar(layout, coding) => {
+                to_rgba(&layout, coding, &data, &mut pixels);
+                self.spare = data;
+                Frame::known(self.info.size, pixels, !layout.alpha)
+            }
+            Pixels::Rgba => {
+                pixels.clear();
+                pixels.extend_from_slice(data.as_chunks::<4>().0);
+                self.spare = data;
+                Frame::new(self.info.size, pixels)
+            }
+        }
+    }
+
     /// How long the frame that starts at `start` is shown, and the last frame if there is no next.
     fn length(&self, start: Rational) -> Option<Rational> {
         if let Some(next) = &self.ahead {
@@ -258,7 +280,7 @@ impl Source for VideoSource {
     }
 
     fn reuse(&mut self, spent: Frame) {
-        self.spent = spent.into_pixels();
+        self.spent = spent.into_memory();
     }
 
     fn next(&mut self) -> Result<Option<Decoded>> {
@@ -274,19 +296,7 @@ impl Source for VideoSource {
         }
         self.length = self.length(raw.start);
         let span = Span { start: raw.start, length: self.length };
-        let mut pixels = std::mem::take(&mut self.spent);
-        let frame = match self.track.pixels {
-            Pixels::Planar(layout, coding) => {
-                to_rgba(&layout, coding, &raw.data, &mut pixels);
-                Frame::known(self.info.size, pixels, !layout.alpha)?
-            }
-            Pixels::Rgba => {
-                pixels.clear();
-                pixels.extend_from_slice(raw.data.as_chunks::<4>().0);
-                Frame::new(self.info.size, pixels)?
-            }
-        };
-        self.spare = raw.data;
+        let frame = self.frame(raw.data)?;
         self.delivered += 1;
         Ok(Some(Decoded { frame, span }))
     }

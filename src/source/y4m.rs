@@ -12,9 +12,9 @@ use std::sync::Arc;
 
 use image::imageops::{self, FilterType};
 
-use crate::colour::{Coding, Layout, Sampling, Siting, to_rgba};
+use crate::colour::{Coding, Form, Layout, Planes, Sampling, Siting, to_rgba};
 use crate::error::{Error, Result};
-use crate::frame::{Colorimetry, Frame, Loops, Rational, Rgba, Span, StreamInfo, check_size};
+use crate::frame::{Colorimetry, Frame, Loops, Memory, Rational, Span, StreamInfo, check_size};
 use crate::geom::Size;
 use crate::source::{Decoded, Input, Source, detect};
 
@@ -35,7 +35,7 @@ pub struct Y4mSource<R> {
     header: Header,
     planes: Vec<u8>,
     /// Of a frame that came back.
-    spent: Vec<Rgba>,
+    spent: Memory,
     count: u64,
     /// Frames before this moment are not wanted.
     from: Rational,
@@ -157,7 +157,7 @@ impl<R: Read> Y4mSource<R> {
             info,
             header,
             planes: Vec::new(),
-            spent: Vec::new(),
+            spent: Memory::default(),
             count: 0,
             from: Rational::ZERO,
         })
@@ -191,7 +191,7 @@ impl<R: Read> Source for Y4mSource<R> {
     }
 
     fn reuse(&mut self, spent: Frame) {
-        self.spent = spent.into_pixels();
+        self.spent = spent.into_memory();
     }
 
     fn next(&mut self) -> Result<Option<Decoded>> {
@@ -207,11 +207,17 @@ impl<R: Read> Source for Y4mSource<R> {
             }
             self.count += 1;
         };
-        let (layout, mut pixels) = (&self.header.layout, std::mem::take(&mut self.spent));
+        let layout = self.header.layout;
         let coding =
             Coding::of(self.info.colour.as_ref().unwrap_or(&Colorimetry::default()), layout.size);
-        to_rgba(layout, coding, &self.planes, &mut pixels);
-        let mut frame = Frame::known(layout.size, pixels, !layout.alpha)?;
+        let Memory { mut pixels, planes } = std::mem::take(&mut self.spent);
+        let mut frame = if layout.is_squared() {
+            let data = std::mem::replace(&mut self.planes, planes);
+            Frame::planar(Planes { form: Form { layout, coding }, data }, pixels)?
+        } else {
+            to_rgba(&layout, coding, &self.planes, &mut pixels);
+            Frame::known(layout.size, pixels, !layout.alpha)?
+        };
         if self.info.size != layout.size {
             let Size { width, height } = self.info.size;
             let image =

@@ -10,13 +10,13 @@ const SHIMMER: f64 = 2.0;
 
 /// The colours of the last frame's triangles.
 #[derive(Clone, Debug, Default)]
-pub struct Memory {
+pub struct Colours {
     triangles: Vec<[u32; 3]>,
     colours: Vec<Rgba>,
     last: Vec<Rgba>,
 }
 
-impl Memory {
+impl Colours {
     /// Draws the colours of triangles that were there in the last frame (the same three vertices)
     /// towards what they were: a change within the shimmer is not made, one of twice as much is made
     /// by half, and one of four times as much and more is made whole, so that what moves does not
@@ -71,7 +71,7 @@ mod tests {
 
     fn colours(steps: &[u8], coherence: f64) -> Vec<u8> {
         let mesh = triangulate(Size::new(4, 4), &[]).expect("corners");
-        let mut memory = Memory::default();
+        let mut memory = Colours::default();
         let paint = |&grey: &u8| {
             let mut fills = [Fill { colour: [grey, grey, grey, 255], area: 8 }; 2];
             memory.steady(&mesh, &mut fills, coherence);
@@ -102,7 +102,7 @@ mod tests {
             triangulate(size, &[]).expect("two"),
             triangulate(size, &[crate::geom::Point::pixel_centre(1, 1)]).expect("four"),
         );
-        let mut memory = Memory::default();
+        let mut memory = Colours::default();
         let fill = |grey| Fill { colour: [grey, grey, grey, 255], area: 1 };
         memory.steady(&a, &mut [fill(10); 2], 1.0);
         let mut fills = [fill(11); 4];

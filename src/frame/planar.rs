@@ -1,0 +1,209 @@
+//! Frames as video has them, planes, and the pixels that are made of them where somebody asks.
+
+use std::ops::Range;
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+use rayon::prelude::*;
+
+use super::{Frame, Rgba, check_size};
+use crate::colour::{Form, FromYuv, Planes, rows_to_rgba, to_rgba};
+use crate::error::{Error, Result};
+
+/// Rows that are made as one piece of work.
+const ROWS: usize = 64;
+
+/// Memory of frames that are no longer needed, to be filled again.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Memory {
+    /// Of pixels.
+    pub pixels: Vec<Rgba>,
+    /// Of planes.
+    pub planes: Vec<u8>,
+}
+
+impl Memory {
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.pixels.is_empty() && self.planes.is_empty()
+    }
+}
+
+/// Pixels that are there, or will be when they are asked for.
+#[derive(Debug)]
+pub(super) struct Pixels {
+    made: OnceLock<Vec<Rgba>>,
+    /// Memory to make them in.
+    room: Mutex<Vec<Rgba>>,
+}
+
+impl From<Vec<Rgba>> for Pixels {
+    fn from(pixels: Vec<Rgba>) -> Self {
+        Self { made: pixels.into(), room: Mutex::default() }
+    }
+}
+
+impl Clone for Pixels {
+    fn clone(&self) -> Self {
+        Self { made: self.made.clone(), room: Mutex::default() }
+    }
+}
+
+impl Pixels {
+    /// All of them; those that are not there are made of `planes`.
+    #[inline]
+    pub(super) fn of(&self, planes: Option<&Planes>) -> &[Rgba] {
+        self.made.get_or_init(|| {
+            let Planes { form: Form { layout, coding }, data } =
+                planes.expect("a frame without pixels has planes");
+            let mut pixels =
+                std::mem::take(&mut *self.room.lock().unwrap_or_else(PoisonError::into_inner));
+            // By one thread: one that waited for others' help might take up work that waits for this.
+            to_rgba(layout, *coding, data, &mut pixels);
+            pixels
+        })
+    }
+
+    /// They themselves.
+    pub(super) fn into_vec(self, planes: Option<&Planes>) -> Vec<Rgba> {
+        self.of(planes);
+        self.into_memory()
+    }
+
+    /// Their memory, whether they were made or not.
+    pub(super) fn into_memory(self) -> Vec<Rgba> {
+        let room = self.room.into_inner().unwrap_or_else(PoisonError::into_inner);
+        self.made.into_inner().unwrap_or(room)
+    }
+}
+
+impl Frame {
+    /// A frame of `planes`, opaque, each sample of whose chroma stands for
+    /// [four pixels](crate::colour::Layout::is_squared). Its pixels are made, in the memory of `room`, when
+    /// they are asked for.
+    ///
+    /// # Errors
+    /// When a side is 0 or above [`crate::geom::MAX_SIDE`], the planes are of another layout, or not as
+    /// long as it says.
+    pub fn planar(planes: Planes, room: Vec<Rgba>) -> Result<Self> {
+        let (layout, bytes) = (planes.form.layout, planes.data.len());
+        check_size(layout.size)?;
+        if !layout.is_squared() || bytes != layout.bytes() {
+            let wanted = "4:2:0 of even sides without alpha";
+            let what = format!("a frame of planes is {wanted}, not {layout:?} in {bytes} bytes");
+            return Err(Error::usage(what));
+        }
+        let pixels = Pixels { made: OnceLock::new(), room: Mutex::new(room) };
+        Ok(Self { size: layout.size, opaque: true, planes: Some(planes), pixels })
+    }
+
+    /// The same with its pixels, made at once and by all threads.
+    pub(crate) fn developed(planes: Planes, room: Vec<Rgba>) -> Result<Self> {
+        let frame = Self::planar(planes, Vec::new())?;
+        let mut pixels = room;
+        pixels.resize(frame.size.pixels(), [0; 4]);
+        if let Some(Planes { form, data }) = &frame.planes {
+            let parts = pixels.par_chunks_mut(ROWS * frame.size.width as usize).enumerate();
+            parts.for_each(|(part, out)| {
+                rows_to_rgba(&form.layout, form.coding, data, part * ROWS, out);
+            });
+        }
+        Ok(Self { pixels: pixels.into(), ..frame })
+    }
+
+    /// The planes, of a frame that came as such.
+    pub fn planes(&self) -> Option<&Planes> {
+        self.planes.as_ref()
+    }
+
+    /// This frame, of whose pixels only those in `rows` may be asked for; `None` where all are there, or
+    /// have to be. They are made in the memory of `room`.
+    pub(crate) fn with_rows(
+        &self,
+        rows: impl IntoIterator<Item = Range<u32>>,
+        room: &mut Vec<Rgba>,
+    ) -> Option<Self> {
+        let planes = self.planes.as_ref().filter(|_| self.pixels.made.get().is_none())?;
+        let mut pixels = std::mem::take(room);
+        let width = self.size.width as usize;
+        pixels.resize(self.size.pixels(), [0; 4]);
+        for rows in rows {
+            let first = rows.start as usize;
+            let out = &mut pixels[first * width..rows.end as usize * width];
+            rows_to_rgba(&planes.form.layout, planes.form.coding, &planes.data, first, out);
+        }
+        Some(Self { size: self.size, opaque: true, planes: None, pixels: pixels.into() })
+    }
+
+    /// About the colour at `(x, y)`: of planes, the nearest sample of each.
+    pub(crate) fn near(&self, x: u32, y: u32) -> Rgba {
+        match &self.planes {
+            Some(planes) => {
+                let codes = planes.at(x, y).map(|code| (code.into(), 1));
+                FromYuv::new(planes.form.coding).mean(codes)
+            }
+            None => self.at(x, y),
+        }
+    }
+
+    /// The memory of a frame that is no longer needed.
+    pub fn into_memory(self) -> Memory {
+        Memory {
+            pixels: self.pixels.into_memory(),
+            planes: self.planes.map(|planes| planes.data).unwrap_or_default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::colour::{Coding, Layout, Matrix, Range, Sampling, Siting};
+    use crate::geom::Size;
+
+    const CODING: Coding = Coding { matrix: Matrix::Bt709, range: Range::Limited };
+
+    fn planes(width: u32, height: u32) -> Planes {
+        let size = Size::new(width, height);
+        let layout =
+            Layout { size, sampling: Sampling::Yuv420, siting: Siting::Left, alpha: false };
+        let data = (0..layout.bytes()).map(|i| (i * 37 % 251) as u8).collect();
+        Planes { form: Form { layout, coding: CODING }, data }
+    }
+
+    #[test]
+    fn pixels_are_those_of_the_planes() {
+        let planes = planes(20, 150);
+        let mut pixels = Vec::new();
+        to_rgba(&planes.form.layout, CODING, &planes.data, &mut pixels);
+        let frame = Frame::planar(planes.clone(), vec![[7; 4]; 5]).expect("even sides");
+        assert!(frame.is_opaque());
+        assert_eq!(frame.planes(), Some(&planes));
+        assert_eq!(frame.pixels(), pixels);
+        let developed = Frame::developed(planes.clone(), vec![[1; 4]]).expect("even sides");
+        assert_eq!(developed.into_memory().pixels, pixels);
+        assert_eq!(
+            frame,
+            Frame::new(planes.form.layout.size, pixels.clone()).expect("a small frame")
+        );
+        assert_eq!(frame.into_memory(), Memory { pixels, planes: planes.data });
+    }
+
+    #[test]
+    fn some_rows_are_those_of_all() {
+        let frame = Frame::planar(planes(6, 40), Vec::new()).expect("even sides");
+        let some = frame.with_rows([3..5, 20..40], &mut vec![[9; 4]; 2]).expect("not made yet");
+        for y in [3, 4, 20, 31, 39] {
+            assert_eq!(some.row(y), frame.row(y));
+        }
+        assert!(frame.with_rows([0..1], &mut Vec::new()).is_none(), "all are there by now");
+    }
+
+    #[test]
+    fn other_planes_are_refused() {
+        let odd = planes(7, 4);
+        assert!(Frame::planar(odd, Vec::new()).is_err());
+        let mut short = planes(8, 4);
+        short.data.pop();
+        assert!(Frame::planar(short, Vec::new()).is_err());
+    }
+}

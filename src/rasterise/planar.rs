@@ -1,0 +1,184 @@
+//! Means and pictures as planes, the form in which video travels: a mean is linear, so a colour is
+//! converted once for a triangle, not for each pixel, and there is less than half as much to read and to
+//! write.
+
+use std::sync::{Mutex, PoisonError};
+
+use rayon::prelude::*;
+
+use super::{centroid, each_triangle};
+use crate::colour::{Form, FromYuv, Layout, Planes, Siting, ToYuv};
+use crate::frame::{Fill, Rgba};
+use crate::geom::Point;
+use crate::mesh::Mesh;
+use crate::scan::bytes::{ByteSums, MOST_ROWS};
+use crate::scan::runs::{BAND, Bands};
+use crate::scan::{rows, spans};
+use crate::vector::widest;
+
+/// As [`super::means`], of a frame's `planes`. A sample of chroma counts for the triangle that holds the
+/// upper and for the one that holds the lower of the two pixels that it lies between; where there is none,
+/// the one nearest to the centroid does.
+pub(super) fn means(mesh: &Mesh, planes: &Planes) -> Vec<Fill> {
+    let factors = FromYuv::new(planes.form.coding);
+    let split = planes.split();
+    each_triangle(
+        mesh,
+        #[inline(always)]
+        |triangle| {
+            let (codes, area) = mean(planes, split, triangle);
+            Fill { colour: factors.mean(codes), area }
+        },
+    )
+}
+
+/// Sums of luma, Cb and Cr, each with how many they are of, and the area.
+#[inline(always)]
+fn mean(planes: &Planes, split: [&[u8]; 3], triangle: [Point; 3]) -> ([(u64, u64); 3], u32) {
+    let layout = &planes.form.layout;
+    let (width, chroma_width) = (layout.size.width as usize, layout.chroma().0);
+    let mut codes = [(0, 0); 3];
+    // Once for nearly all of them.
+    for first in rows(triangle).step_by(MOST_ROWS) {
+        let last = (first + MOST_ROWS as u32).min(layout.size.height);
+        let mut sums = [ByteSums::default(); 3];
+        let (mut area, mut samples) = (0, 0);
+        spans(
+            triangle,
+            first..last,
+            #[inline(always)]
+            |row, columns| {
+                let row = row as usize;
+                area += columns.len();
+                sums[0].add(split[0], row * width + columns.start, columns.len());
+                let (start, end) = (columns.start.div_ceil(2), columns.end.div_ceil(2));
+                samples += end - start;
+                for plane in [1, 2] {
+                    sums[plane].add(split[plane], row / 2 * chroma_width + start, end - start);
+                }
+            },
+        );
+        for ((code, sum), count) in codes.iter_mut().zip(&mut sums).zip([area, samples, samples]) {
+            *code = (code.0 + sum.take(), code.1 + count as u64);
+        }
+    }
+    let area = codes[0].1 as u32;
+    if codes[1].1 == 0 {
+        let (x, y) = centroid(triangle).pixel(layout.size);
+        for (code, near) in codes.iter_mut().zip(planes.at(x, y)).filter(|(code, _)| code.1 == 0) {
+            *code = (near.into(), 1);
+        }
+    }
+    (codes, area)
+}
+
+/// Memory to paint planes in, a thread's each.
+#[derive(Debug, Default)]
+pub(super) struct Easels(Vec<Mutex<Easel>>);
+
+impl Easels {
+    /// Memory for as many threads as there are.
+    fn prepare(&mut self) -> &[Mutex<Easel>] {
+        self.0.resize_with(rayon::current_num_threads(), Mutex::default);
+        &self.0
+    }
+}
+
+#[derive(Debug, Default)]
+struct Easel {
+    /// A band of pixels: luma, Cb, Cr and 255 each.
+    pixels: Vec<Rgba>,
+    /// Chroma of two of its rows, added up: Cb in the lower and Cr in the upper half of each number.
+    columns: Vec<u32>,
+}
+
+/// Paints the triangles of `mesh` in the opaque colours of `fills` as planes of `form`, which is
+/// [squared](Layout::is_squared), in the memory of `data`. A colour is converted once for its triangle; else
+/// the planes are those of the painted pixels, see [`crate::colour::from_rgba`].
+pub(super) fn paint(
+    mesh: &Mesh,
+    fills: &[Fill],
+    form: Form,
+    (bands, easels): (&mut Bands, &mut Easels),
+    mut data: Vec<u8>,
+) -> Planes {
+    let factors = ToYuv::new(form.coding);
+    let painted = fills.iter().enumerate().map(|(t, fill)| {
+        let [y, u, v] = factors.codes(fill.colour);
+        (mesh.triangle(t), [y, u, v, 255])
+    });
+    bands.sort(mesh.size.height, painted);
+    let (bands, easels) = (&*bands, easels.prepare());
+    data.resize(form.layout.bytes(), 0);
+    let mut planes = Planes { form, data };
+    let width = form.layout.size.width as usize;
+    let [luma, u, v] = planes.split_mut();
+    let of_chroma = BAND as usize / 2 * form.layout.chroma().0;
+    let chroma = u.par_chunks_mut(of_chroma).zip(v.par_chunks_mut(of_chroma));
+    let parts = luma.par_chunks_mut(BAND as usize * width).zip(chroma).enumerate();
+    parts.for_each(|(band, (luma, (u, v)))| {
+        let easel = &easels[rayon::current_thread_index().unwrap_or(0)];
+        let mut easel = easel.lock().unwrap_or_else(PoisonError::into_inner);
+        easel.pixels.resize(luma.len(), [0; 4]);
+        bands.fill(band, width, &mut easel.pixels);
+        easel.part(&form.layout, [luma, u, v]);
+    });
+    planes
+}
+
+impl Easel {
+    /// The planes of the band's pixels.
+    fn part(&mut self, layout: &Layout, [luma, u, v]: [&mut [u8]; 3]) {
+        let (width, chroma_width) = (layout.size.width as usize, layout.chroma().0);
+        let two = 2 * width;
+        let chroma = u.chunks_mut(chroma_width).zip(v.chunks_mut(chroma_width));
+        let rows = self.pixels.chunks(two).zip(luma.chunks_mut(two)).zip(chroma);
+        for ((pixels, luma), (u, v)) in rows {
+            widest(
+                #[inline(always)]
+                || {
+                    for (luma, pixel) in luma.iter_mut().zip(pixels) {
+                        *luma = pixel[0];
+                    }
+                    let (upper, lower) = pixels.split_at(width);
+                    add_columns(upper, lower, &mut self.columns);
+                    narrow(layout.siting, &self.columns, u, v);
+                },
+            );
+        }
+    }
+}
+
+/// The chroma of two rows, added up, with one column more on the left, which repeats its neighbour.
+#[inline(always)]
+fn add_columns(upper: &[Rgba], lower: &[Rgba], columns: &mut Vec<u32>) {
+    columns.resize(upper.len() + 2, 0);
+    for ((column, &a), &b) in columns[1..].iter_mut().zip(upper).zip(lower) {
+        let [a, b] = [a, b].map(u32::from_le_bytes);
+        let chroma = |pixel: u32| pixel >> 8 & 0xff | pixel & 0xff_0000;
+        *column = chroma(a) + chroma(b);
+    }
+    columns[0] = columns[1];
+}
+
+/// A row of chroma, each sample the mean of the columns nearest to its place.
+#[inline(always)]
+fn narrow(siting: Siting, columns: &[u32], u: &mut [u8], v: &mut [u8]) {
+    const HALVES: u32 = 4 << 16 | 4;
+    let (pairs, _) = columns.as_chunks::<2>();
+    let out = u.iter_mut().zip(v).zip(pairs.iter().zip(&pairs[1..]));
+    match siting {
+        Siting::Left => {
+            for ((u, v), (&[before, at], &[after, _])) in out {
+                let sum = before + 2 * at + after + HALVES;
+                (*u, *v) = ((sum >> 3) as u8, (sum >> 19) as u8);
+            }
+        }
+        Siting::Centre => {
+            for ((u, v), (&[_, left], &[right, _])) in out {
+                let sum = 2 * (left + right) + HALVES;
+                (*u, *v) = ((sum >> 3) as u8, (sum >> 19) as u8);
+            }
+        }
+    }
+}
