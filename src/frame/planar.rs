@@ -195,7 +195,10 @@ mod tests {
         for y in [3, 4, 20, 31, 39] {
             assert_eq!(some.row(y), frame.row(y));
         }
-        assert!(frame.with_rows([0..1], &mut Vec::new()).is_none(), "all are there by now");
+        assert!(
+            frame.with_rows(std::iter::once(0..1), &mut Vec::new()).is_none(),
+            "all are there by now"
+        );
     }
 
     #[test]

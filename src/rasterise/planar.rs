@@ -37,11 +37,13 @@ pub(super) fn means(mesh: &Mesh, planes: &Planes) -> Vec<Fill> {
 fn mean(planes: &Planes, split: [&[u8]; 3], triangle: [Point; 3]) -> ([(u64, u64); 3], u32) {
     let layout = &planes.form.layout;
     let (width, chroma_width) = (layout.size.width as usize, layout.chroma().0);
+    let [luma, cb, cr] = split;
     let mut codes = [(0, 0); 3];
     // Once for nearly all of them.
     for first in rows(triangle).step_by(MOST_ROWS) {
         let last = (first + MOST_ROWS as u32).min(layout.size.height);
-        let mut sums = [ByteSums::default(); 3];
+        // Not an array: these stay in registers.
+        let (mut y, mut u, mut v) = (ByteSums::default(), ByteSums::default(), ByteSums::default());
         let (mut area, mut samples) = (0, 0);
         spans(
             triangle,
@@ -50,16 +52,17 @@ fn mean(planes: &Planes, split: [&[u8]; 3], triangle: [Point; 3]) -> ([(u64, u64
             |row, columns| {
                 let row = row as usize;
                 area += columns.len();
-                sums[0].add(split[0], row * width + columns.start, columns.len());
+                y.add(luma, row * width + columns.start, columns.len());
                 let (start, end) = (columns.start.div_ceil(2), columns.end.div_ceil(2));
                 samples += end - start;
-                for plane in [1, 2] {
-                    sums[plane].add(split[plane], row / 2 * chroma_width + start, end - start);
-                }
+                let first = row / 2 * chroma_width + start;
+                u.add(cb, first, end - start);
+                v.add(cr, first, end - start);
             },
         );
-        for ((code, sum), count) in codes.iter_mut().zip(&mut sums).zip([area, samples, samples]) {
-            *code = (code.0 + sum.take(), code.1 + count as u64);
+        let counts = [area, samples, samples].map(|count| count as u64);
+        for ((code, sum), count) in codes.iter_mut().zip([y, u, v]).zip(counts) {
+            *code = (code.0 + sum.total(), code.1 + count);
         }
     }
     let area = codes[0].1 as u32;
