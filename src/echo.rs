@@ -143,6 +143,7 @@ fn add(off: &mut [u8], now: &[u8]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::colour::{Coding, Layout, Matrix, Range, Sampling, Siting};
 
     fn grey(size: Size, value: u8) -> Frame {
         Frame::filled(size, [value, value, 0, 255]).expect("a small frame")
@@ -175,6 +176,25 @@ mod tests {
             assert!((f64::from(r) - exact.clamp(0.0, 255.0)).abs() <= 0.5, "{r}, not {exact}");
             assert_eq!((g, b, a), (r, 0, 255));
         }
+    }
+
+    #[test]
+    fn planes_echo_as_pixels_do() {
+        let planes = |grey: u8, range| {
+            let size = Size::new(4, 2);
+            let layout =
+                Layout { size, sampling: Sampling::Yuv420, siting: Siting::Left, alpha: false };
+            let form = Form { layout, coding: Coding { matrix: Matrix::Bt709, range } };
+            let data = [vec![grey; 8], vec![128; 4]].concat();
+            Frame::planar(Planes { form, data }, Vec::new()).expect("even sides")
+        };
+        let full = |grey| planes(grey, Range::Full);
+        let heard = || echo(&full(140), &full(100), 0.5).expect("a share");
+        let wanted = heard().on(&full(50)).expect("the next frame");
+        // 50 + 45 / 128 * (140 - 100)
+        assert_eq!(wanted.at(3, 1), [64, 64, 64, 255]);
+        assert!(heard().on(&planes(50, Range::Limited)).is_none(), "told in other codes");
+        assert!(heard().on(&grey(Size::new(4, 2), 50)).is_none(), "told as pixels");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod reach;
 
+use crate::colour::Form;
 use crate::echo::{Call, Echo};
 use crate::error::Result;
 use crate::feature::{Extractor, Features};
@@ -70,6 +71,12 @@ impl Renderer {
             painter: Painter::new(options),
             echo: None,
         })
+    }
+
+    /// The same, and pictures are painted as planes where they can be: see [`Painter::with_form`].
+    pub fn with_form(mut self, form: Option<Form>) -> Self {
+        self.painter = self.painter.with_form(form);
+        self
     }
 
     /// Changes the options from the next frame on. The mesh lives on where what changed only concerns

@@ -286,6 +286,25 @@ mod tests {
     }
 
     #[test]
+    fn one_colour_is_converted_as_all_of_a_picture_are() {
+        for matrix in MATRICES {
+            for range in RANGES {
+                let (coding, layout) = (Coding { matrix, range }, layout(2, 2, Sampling::Yuv420));
+                let (mut planes, mut back) = (vec![], vec![]);
+                for n in 0..4096u32 {
+                    let colour = [n * 97, n * 61, n * 13, 255].map(|v| v as u8);
+                    from_rgba(layout.size, &[colour; 4], &layout, coding, &mut planes);
+                    let codes = ToYuv::new(coding).codes(colour);
+                    assert_eq!(codes, [planes[0], planes[4], planes[5]]);
+                    to_rgba(&layout, coding, &planes, &mut back);
+                    let means = codes.map(|code| (7 * u64::from(code), 7));
+                    assert_eq!(FromYuv::new(coding).mean(means), back[0], "{codes:?} {coding:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn known_codes() {
         let mut planes = vec![];
         let mut codes = |matrix, range, pixel| {

@@ -1,6 +1,7 @@
 //! What changed since the frame before: cuts and motion.
 
-use crate::flow::motion::{Motion, Small, block_correlations, block_differences, blocks, textured};
+use crate::flow::motion::{Motion, block_correlations, block_differences, blocks, textured};
+use crate::flow::small::Small;
 use crate::frame::Frame;
 use crate::geom::Size;
 

@@ -5,6 +5,7 @@
 
 pub mod motion;
 mod patch;
+pub mod small;
 
 use rayon::prelude::*;
 

@@ -185,3 +185,119 @@ fn narrow(siting: Siting, columns: &[u32], u: &mut [u8], v: &mut [u8]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chance::{Purpose, rank};
+    use crate::colour::{Coding, Matrix, Range, Sampling};
+    use crate::geom::Size;
+    use crate::triangulate::triangulate;
+    use proptest::prelude::*;
+
+    fn form(size: Size, siting: Siting) -> Form {
+        let layout = Layout { size, sampling: Sampling::Yuv420, siting, alpha: false };
+        Form { layout, coding: Coding { matrix: Matrix::Bt601, range: Range::Full } }
+    }
+
+    /// A mesh of `size` with up to `count` seeds by chance.
+    fn mesh(size: Size, count: u32, seed: u64) -> Mesh {
+        let far = size.far();
+        let place = |i: u32| {
+            let bits = rank(seed, Purpose::Noise, i, 0);
+            let (x, y) =
+                (bits as u32 % (far.x as u32 + 1), (bits >> 32) as u32 % (far.y as u32 + 1));
+            Point::new(x as i32, y as i32)
+        };
+        let mut seeds: Vec<_> =
+            (0..count).map(place).filter(|p| !Mesh::corners(size).contains(p)).collect();
+        seeds.sort_unstable();
+        seeds.dedup();
+        triangulate(size, &seeds).expect("distinct seeds")
+    }
+
+    /// The triangle of each pixel.
+    fn owners(mesh: &Mesh) -> Vec<usize> {
+        let mut owners = vec![0; mesh.size.pixels()];
+        for t in 0..mesh.triangles.len() {
+            spans(mesh.triangle(t), 0..mesh.size.height, |y, columns| {
+                owners[y as usize * mesh.size.width as usize..][columns].fill(t);
+            });
+        }
+        owners
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        /// The slow, obvious version: each pixel tells its triangle its luma, every other column's pixels
+        /// their chroma.
+        #[test]
+        fn sums_are_those_of_the_samples(
+            (width, height) in (1u32..40, 1u32..160), (count, seed) in (0u32..40, any::<u64>())
+        ) {
+            let size = Size::new(2 * width, 2 * height);
+            let mesh = mesh(size, count, seed);
+            let form = form(size, Siting::Left);
+            let bytes = 0..form.layout.bytes() as u32;
+            let data = bytes.map(|i| rank(seed, Purpose::Noise, i, 1) as u8).collect();
+            let planes = Planes { form, data };
+            let mut slow = vec![[(0, 0); 3]; mesh.triangles.len()];
+            for (i, t) in owners(&mesh).into_iter().enumerate() {
+                let (x, y) = (i as u32 % size.width, i as u32 / size.width);
+                for (plane, code) in planes.at(x, y).into_iter().enumerate() {
+                    if plane == 0 || x % 2 == 0 {
+                        slow[t][plane].0 += u64::from(code);
+                        slow[t][plane].1 += 1;
+                    }
+                }
+            }
+            for (t, slow) in slow.iter().enumerate() {
+                let (found, area) = mean(&planes, planes.split(), mesh.triangle(t));
+                prop_assert_eq!(u64::from(area), slow[0].1);
+                for (found, slow) in found.iter().zip(slow) {
+                    prop_assert_eq!(found.1, slow.1.max(1));
+                    prop_assert!(slow.1 == 0 || found.0 == slow.0);
+                }
+            }
+        }
+
+        /// The slow, obvious version: the means of the pixels around the places of the samples.
+        #[test]
+        fn planes_are_those_of_the_painted_pixels(
+            (width, height) in (1u32..40, 1u32..80), (count, seed) in (0u32..40, any::<u64>())
+        ) {
+            let size = Size::new(2 * width, 2 * height);
+            let mesh = mesh(size, count, seed);
+            let colour = |t| {
+                let [r, g, b, ..] = rank(seed, Purpose::Noise, t, 2).to_le_bytes();
+                Fill { colour: [r, g, b, 255], area: 0 }
+            };
+            let fills: Vec<_> = (0..mesh.triangles.len() as u32).map(colour).collect();
+            let owners = owners(&mesh);
+            for siting in [Siting::Left, Siting::Centre] {
+                let form = form(size, siting);
+                let factors = ToYuv::new(form.coding);
+                let codes = |x: u32, y: u32| {
+                    factors.codes(fills[owners[(y * size.width + x) as usize]].colour)
+                };
+                let memory = (&mut Bands::default(), &mut Easels::default());
+                let planes = paint(&mesh, &fills, form, memory, vec![9; 7]);
+                for (x, y) in (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y))) {
+                    let found = planes.at(x, y);
+                    prop_assert_eq!(found[0], codes(x, y)[0]);
+                    let (x, y) = (x / 2 * 2, y / 2 * 2);
+                    let columns = match siting {
+                        Siting::Left => [x.saturating_sub(1), x, x, x + 1],
+                        Siting::Centre => [x, x, x + 1, x + 1],
+                    };
+                    for plane in [1, 2] {
+                        let around = columns.iter().flat_map(|&x| [codes(x, y), codes(x, y + 1)]);
+                        let sum: u32 = around.map(|codes| u32::from(codes[plane])).sum();
+                        prop_assert_eq!(u32::from(found[plane]), (sum + 4) / 8);
+                    }
+                }
+            }
+        }
+    }
+}

@@ -78,7 +78,8 @@ fn step(p: Point, (u, v): (f64, f64), share: f64, size: Size) -> Point {
 mod tests {
     use super::*;
     use crate::chance::{Purpose, rank};
-    use crate::flow::motion::{Small, blocks};
+    use crate::flow::motion::blocks;
+    use crate::flow::small::Small;
     use crate::frame::Frame;
     use crate::triangulate::triangulate;
 

@@ -1,0 +1,152 @@
+//! Frames made small: their mean luma is all that motion and cuts are looked for in.
+
+use rayon::prelude::*;
+
+use super::patch::PATCH;
+use crate::colour::Planes;
+use crate::frame::Frame;
+use crate::geom::Size;
+use crate::plane::Plane;
+use crate::vector::widest;
+
+/// The longer side of a small picture is at most this; a whole number of pixels becomes one.
+const SMALL_SIDE: u32 = 480;
+
+/// Levels of the pyramid: the coarsest patch is 32 small pixels wide, and finds moves of as many.
+const LEVELS: usize = 3;
+
+/// A frame made small: means of `factor` x `factor` pixels' luma.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Small {
+    /// Pixels of the frame that one small pixel stands for, along a side.
+    pub factor: u32,
+    /// The frame's size.
+    pub size: Size,
+    /// The mean lumas, finest level first, each level half as large as the one before.
+    pub(super) levels: Vec<Plane<f32>>,
+}
+
+impl Small {
+    /// Makes `frame` small. Rows and columns that do not fill a small pixel are left out.
+    pub fn new(frame: &Frame) -> Self {
+        let size = frame.size();
+        let side = size.width.max(size.height);
+        let factor = side.div_ceil(SMALL_SIDE).min(size.width.min(size.height));
+        let small = Size::new(size.width / factor, size.height / factor);
+        let plane = match frame.planes() {
+            Some(planes) => means_of_luma(small, factor, planes),
+            None => means_of_pixels(small, factor, frame),
+        };
+        let mut levels = vec![plane];
+        while let Some(last) = levels.last()
+            && levels.len() < LEVELS
+            && last.size().width.min(last.size().height) >= 4 * PATCH as u32
+        {
+            levels.push(super::halve(last));
+        }
+        Self { factor, size, levels }
+    }
+
+    /// The mean lumas at the finest level, 0..255.
+    pub fn plane(&self) -> &Plane<f32> {
+        &self.levels[0]
+    }
+}
+
+/// Mean lumas, as many as `small` says, of `factor` x `factor` pixels of `frame`.
+fn means_of_pixels(small: Size, factor: u32, frame: &Frame) -> Plane<f32> {
+    let row = |y: u32| frame.row(y).as_flattened();
+    small_rows(small, factor, 4, row, |sums| mean_luma(sums, factor))
+}
+
+/// The same of the luma of `planes`.
+fn means_of_luma(small: Size, factor: u32, planes: &Planes) -> Plane<f32> {
+    let [luma, _, _] = planes.split();
+    let width = planes.form.layout.size.width as usize;
+    let row = |y: u32| &luma[y as usize * width..][..width];
+    let (black, codes) = planes.form.coding.luma_codes();
+    let (scale, all) = (255.0 / codes, (factor * factor) as f32);
+    small_rows(small, factor, 1, row, |sums| {
+        let sum: u32 = sums.iter().map(|&sum| u32::from(sum)).sum();
+        ((sum as f32 / all - black) * scale).clamp(0.0, 255.0)
+    })
+}
+
+/// Rows of small pixels, each the `mean` of its columns' sums of `factor` of the frame's rows; a pixel of those
+/// has as many bytes as `each` says.
+fn small_rows<'a>(
+    small: Size,
+    factor: u32,
+    each: usize,
+    row: impl Fn(u32) -> &'a [u8] + Sync,
+    mean: impl Fn(&[u16]) -> f32 + Sync,
+) -> Plane<f32> {
+    let mut plane = Plane::filled(small, 0.0);
+    let used = (small.width * factor) as usize * each;
+    let rows = plane.values_mut().par_chunks_exact_mut(small.width as usize).enumerate();
+    rows.for_each_init(
+        || vec![0u16; used],
+        |sums, (y, out)| {
+            let first = y as u32 * factor;
+            widest(
+                #[inline(always)]
+                || {
+                    sums.fill(0);
+                    for y in first..first + factor {
+                        for (sum, &byte) in sums.iter_mut().zip(row(y)) {
+                            // A small pixel has 35 rows at most: MAX_SIDE / SMALL_SIDE.
+                            *sum += u16::from(byte);
+                        }
+                    }
+                    for (out, sums) in out.iter_mut().zip(sums.chunks_exact(each * factor as usize))
+                    {
+                        *out = mean(sums);
+                    }
+                },
+            );
+        },
+    );
+    plane
+}
+
+/// The mean luma of a small pixel, 0..255, from its columns' sums of red, green, blue and alpha.
+#[inline(always)]
+fn mean_luma(sums: &[u16], factor: u32) -> f32 {
+    let mut colour = [0u32; 4];
+    for column in sums.as_chunks::<4>().0 {
+        for (sum, &channel) in colour.iter_mut().zip(column) {
+            *sum += u32::from(channel);
+        }
+    }
+    let weighted: f32 = colour.iter().zip(LUMA).map(|(&sum, weight)| sum as f32 * weight).sum();
+    weighted / (factor * factor) as f32
+}
+
+/// Weights of red, green and blue (ITU-R BT.601).
+const LUMA: [f32; 3] = [0.299, 0.587, 0.114];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::colour::{Coding, Form, Layout, Matrix, Range, Sampling, Siting};
+
+    /// A limited and a full range of luma, as planes and as the pixels that they make.
+    #[test]
+    fn planes_are_as_bright_as_their_pixels() {
+        let size = Size::new(1004, 62);
+        let layout =
+            Layout { size, sampling: Sampling::Yuv420, siting: Siting::Left, alpha: false };
+        for (range, least, codes) in [(Range::Limited, 16, 220), (Range::Full, 0, 256)] {
+            let form = Form { layout, coding: Coding { matrix: Matrix::Bt601, range } };
+            let luma = (0..size.pixels()).map(|i| (least + (i * i / 7) % codes) as u8);
+            let data = luma.chain(vec![128; size.pixels() / 2]).collect();
+            let planar = Frame::planar(Planes { form, data }, Vec::new()).expect("even sides");
+            let pixels = Frame::new(size, planar.pixels().to_vec()).expect("a small frame");
+            let [of_planes, of_pixels] = [Small::new(&planar), Small::new(&pixels)];
+            assert_eq!(of_planes.plane().size(), Size::new(334, 20));
+            for (a, b) in of_planes.plane().values().iter().zip(of_pixels.plane().values()) {
+                assert!((a - b).abs() < 0.5, "{a} and {b}, {range:?}");
+            }
+        }
+    }
+}
