@@ -102,8 +102,7 @@ impl Painter {
 
     /// Paints the next frame, see [`rasterise`]; and what the picture, before its colours are graded and
     /// outlines drawn, is off the frame, where the `brief` asks for it. Mean colours that are not known are
-    /// taken from every `rows`-th row, where a triangle has enough of them; planes are so little that all
-    /// their rows count.
+    /// taken from every `rows`-th row, where a triangle has enough of them.
     pub fn paint(
         &mut self,
         mesh: &Mesh,
@@ -113,7 +112,9 @@ impl Painter {
     ) -> (Painting, Option<Echo>) {
         let mut fills = if brief.known.len() == mesh.triangles.len() {
             seen_below(mesh, frame, brief.known)
-        } else if rows > 1 && frame.planes().is_none() {
+        } else if let Some(planes) = frame.planes() {
+            planar::means(mesh, planes, rows)
+        } else if rows > 1 {
             sparse_means(mesh, frame, rows)
         } else {
             means(mesh, frame)
@@ -153,7 +154,7 @@ pub fn rasterise(mesh: &Mesh, frame: &Frame, outline: Option<Rgba>) -> Painting 
 /// the pixel below its centroid, and no area.
 pub fn means(mesh: &Mesh, frame: &Frame) -> Vec<Fill> {
     if let Some(planes) = frame.planes() {
-        return planar::means(mesh, planes);
+        return planar::means(mesh, planes, 1);
     }
     each_triangle(
         mesh,

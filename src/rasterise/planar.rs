@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use super::sparse::has_enough;
 use super::{centroid, each_triangle};
 use crate::colour::{Form, FromYuv, Layout, Planes, Siting, ToYuv};
 use crate::frame::{Fill, Rgba};
@@ -18,27 +19,50 @@ use crate::vector::widest;
 
 /// As [`super::means`], of a frame's `planes`. A sample of chroma counts for the triangle that holds the
 /// upper and for the one that holds the lower of the two pixels that it lies between; where there is none,
-/// the one nearest to the centroid does.
-pub(super) fn means(mesh: &Mesh, planes: &Planes) -> Vec<Fill> {
+/// the one nearest to the centroid does. Of triangles with [rows enough](has_enough) only every `every`-th row
+/// counts; areas are exact.
+pub(super) fn means(mesh: &Mesh, planes: &Planes, every: u32) -> Vec<Fill> {
     let factors = FromYuv::new(planes.form.coding);
     let split = planes.split();
     each_triangle(
         mesh,
         #[inline(always)]
         |triangle| {
-            let (codes, area) = mean(planes, split, triangle);
+            let (mut codes, area) = if every > 1 && has_enough(triangle, every) {
+                sparse_mean(planes, split, triangle, every)
+            } else {
+                mean(planes, split, triangle, |_| true)
+            };
+            nearest_for_none(&mut codes, planes, triangle);
             Fill { colour: factors.mean(codes), area }
         },
     )
 }
 
-/// Sums of luma, Cb and Cr, each with how many they are of, and the area.
+/// As [`mean`], of every `every`-th row; of all where nothing is covered in those.
+#[inline(never)]
+fn sparse_mean(
+    planes: &Planes,
+    split: [&[u8]; 3],
+    triangle: [Point; 3],
+    every: u32,
+) -> ([(u64, u64); 3], u32) {
+    let some = mean(planes, split, triangle, |row| row % every == 0);
+    if some.0[0].1 == 0 { mean(planes, split, triangle, |_| true) } else { some }
+}
+
+/// Sums of luma, Cb and Cr over the rows that are `looked_at`, each with how many they are of, and the area.
 #[inline(always)]
-fn mean(planes: &Planes, split: [&[u8]; 3], triangle: [Point; 3]) -> ([(u64, u64); 3], u32) {
+fn mean(
+    planes: &Planes,
+    split: [&[u8]; 3],
+    triangle: [Point; 3],
+    looked_at: impl Fn(u32) -> bool,
+) -> ([(u64, u64); 3], u32) {
     let layout = &planes.form.layout;
     let (width, chroma_width) = (layout.size.width as usize, layout.chroma().0);
     let [luma, cb, cr] = split;
-    let mut codes = [(0, 0); 3];
+    let (mut codes, mut all) = ([(0, 0); 3], 0);
     // Once for nearly all of them.
     for first in rows(triangle).step_by(MOST_ROWS) {
         let last = (first + MOST_ROWS as u32).min(layout.size.height);
@@ -50,6 +74,10 @@ fn mean(planes: &Planes, split: [&[u8]; 3], triangle: [Point; 3]) -> ([(u64, u64
             first..last,
             #[inline(always)]
             |row, columns| {
+                all += columns.len();
+                if !looked_at(row) {
+                    return;
+                }
                 let row = row as usize;
                 area += columns.len();
                 y.add(luma, row * width + columns.start, columns.len());
@@ -65,14 +93,18 @@ fn mean(planes: &Planes, split: [&[u8]; 3], triangle: [Point; 3]) -> ([(u64, u64
             *code = (code.0 + sum.total(), code.1 + count);
         }
     }
-    let area = codes[0].1 as u32;
-    if codes[1].1 == 0 {
-        let (x, y) = centroid(triangle).pixel(layout.size);
+    (codes, all as u32)
+}
+
+/// The samples nearest to the centroid in place of means over none.
+#[inline(always)]
+fn nearest_for_none(codes: &mut [(u64, u64); 3], planes: &Planes, triangle: [Point; 3]) {
+    if codes[0].1 == 0 || codes[1].1 == 0 {
+        let (x, y) = centroid(triangle).pixel(planes.form.layout.size);
         for (code, near) in codes.iter_mut().zip(planes.at(x, y)).filter(|(code, _)| code.1 == 0) {
             *code = (near.into(), 1);
         }
     }
-    (codes, area)
 }
 
 /// Memory to paint planes in, a thread's each.
@@ -253,11 +285,14 @@ mod tests {
                 }
             }
             for (t, slow) in slow.iter().enumerate() {
-                let (found, area) = mean(&planes, planes.split(), mesh.triangle(t));
-                prop_assert_eq!(u64::from(area), slow[0].1);
-                for (found, slow) in found.iter().zip(slow) {
-                    prop_assert_eq!(found.1, slow.1.max(1));
-                    prop_assert!(slow.1 == 0 || found.0 == slow.0);
+                let found = mean(&planes, planes.split(), mesh.triangle(t), |_| true);
+                prop_assert_eq!(found, (*slow, slow[0].1 as u32));
+                // Rows that share the work have all of it together, and the same area.
+                let some = |part| mean(&planes, planes.split(), mesh.triangle(t), |y| y % 2 == part);
+                let ((even, of_even), (odd, of_odd)) = (some(0), some(1));
+                prop_assert_eq!([of_even, of_odd], [found.1; 2]);
+                for ((even, odd), all) in even.iter().zip(odd).zip(found.0) {
+                    prop_assert_eq!((even.0 + odd.0, even.1 + odd.1), all);
                 }
             }
         }
@@ -297,6 +332,24 @@ mod tests {
                         prop_assert_eq!(u32::from(found[plane]), (sum + 4) / 8);
                     }
                 }
+            }
+        }
+    }
+    #[test]
+    fn means_of_some_rows_are_near_those_of_all_and_areas_exact() {
+        let size = Size::new(120, 90);
+        let form = form(size, Siting::Left);
+        let luma = (0..size.pixels()).map(|i| (i % 120 + i / 120) as u8);
+        let planes = Planes { form, data: luma.chain(vec![90; size.pixels() / 2]).collect() };
+        let mesh = mesh(size, 25, 3);
+        let exact = means(&mesh, &planes, 1);
+        for every in [2, 4] {
+            let sparse = means(&mesh, &planes, every);
+            assert_ne!(sparse, exact);
+            for (sparse, exact) in sparse.iter().zip(&exact) {
+                assert_eq!(sparse.area, exact.area);
+                let far = (0..4).map(|c| sparse.colour[c].abs_diff(exact.colour[c])).max();
+                assert!(far <= Some(8), "every {every}: {sparse:?}, not {exact:?}");
             }
         }
     }

@@ -3,6 +3,7 @@
 use super::tally::Tally;
 use super::{each_triangle, mean};
 use crate::frame::{Fill, Frame};
+use crate::geom::Point;
 use crate::mesh::Mesh;
 use crate::scan;
 
@@ -13,7 +14,7 @@ const ENOUGH: u32 = 3;
 /// counts. Areas are exact.
 pub(super) fn sparse_means(mesh: &Mesh, frame: &Frame, every: u32) -> Vec<Fill> {
     each_triangle(mesh, |triangle| {
-        if scan::rows(triangle).len() < (ENOUGH * every) as usize {
+        if !has_enough(triangle, every) {
             return mean(frame, triangle);
         }
         let some = Tally::of(frame, triangle, |y| y % every == 0);
@@ -25,12 +26,17 @@ pub(super) fn sparse_means(mesh: &Mesh, frame: &Frame, every: u32) -> Vec<Fill> 
     })
 }
 
+/// Whether a triangle has rows enough for a mean from every `every`-th of them.
+pub(super) fn has_enough(triangle: [Point; 3], every: u32) -> bool {
+    scan::rows(triangle).len() >= (ENOUGH * every) as usize
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::means;
     use super::*;
     use crate::chance::{Purpose, rank};
-    use crate::geom::{Point, Size};
+    use crate::geom::Size;
     use crate::triangulate::triangulate;
 
     #[test]
