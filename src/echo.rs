@@ -79,9 +79,7 @@ impl Hearing {
             },
         );
     }
-}
 
-impl Hearing {
     /// The same of whole pictures, by all threads.
     pub(crate) fn hear_all(self, room: &mut [u8], painted: &[u8], source: &[u8]) {
         let given = painted.par_chunks(PACK).zip(source.par_chunks(PACK));
@@ -101,7 +99,8 @@ pub struct Echo {
 }
 
 impl Echo {
-    /// B, where `frame` is the next one, opaque, of the same size, and told in the same form.
+    /// B, where `frame` is the next one, opaque, of the same size, and told in the same form. Its pixels are
+    /// made when they are asked for.
     pub(crate) fn on(self, frame: &Frame) -> Option<Frame> {
         let planes = frame.planes();
         if frame.size() != self.size
@@ -113,7 +112,7 @@ impl Echo {
         let Memory { mut pixels, planes: mut data } = self.off;
         if let Some(planes) = planes {
             add(&mut data, &planes.data);
-            return Frame::developed(Planes { form: planes.form, data }, pixels).ok();
+            return Frame::planar(Planes { form: planes.form, data }, pixels).ok();
         }
         add(pixels.as_flattened_mut(), frame.pixels().as_flattened());
         Frame::known(self.size, pixels, true).ok()

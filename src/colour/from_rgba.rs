@@ -66,10 +66,8 @@ pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, o
         let y = y.min(size.height as usize - 1);
         &pixels[y * size.width as usize..][..size.width as usize]
     };
-    let (luma, rest) = out.split_at_mut(full.pixels());
-    let (chroma_width, chroma_height) = layout.chroma();
-    let (u, rest) = rest.split_at_mut(chroma_width * chroma_height);
-    let (v, alpha) = rest.split_at_mut(chroma_width * chroma_height);
+    let [luma, u, v, alpha] = layout.split_mut(out);
+    let chroma_width = layout.chroma().0;
     if chroma_width == 0 {
         for (y, out) in luma.chunks_mut(width).enumerate() {
             widest(

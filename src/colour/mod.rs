@@ -82,9 +82,7 @@ impl Coding {
         let full = matches!(tags.range.as_deref(), Some("pc" | "full" | "jpeg"));
         Self { matrix, range: if full { Range::Full } else { Range::Limited } }
     }
-}
 
-impl Coding {
     /// The code of black, and how many lie between black and white.
     pub(crate) fn luma_codes(self) -> (f32, f32) {
         let (black, luma, _) = codes(self.range);
@@ -151,6 +149,24 @@ impl Layout {
         let (width, height) = self.chroma();
         self.size.pixels() * if self.alpha { 2 } else { 1 } + 2 * width * height
     }
+
+    /// Luma, Cb, Cr and alpha of a picture's `data`, which are [as long](Layout::bytes).
+    fn split<'a>(&self, data: &'a [u8]) -> [&'a [u8]; 4] {
+        let (width, height) = self.chroma();
+        let (luma, rest) = data.split_at(self.size.pixels());
+        let (u, rest) = rest.split_at(width * height);
+        let (v, alpha) = rest.split_at(width * height);
+        [luma, u, v, alpha]
+    }
+
+    /// The same, to be written.
+    fn split_mut<'a>(&self, data: &'a mut [u8]) -> [&'a mut [u8]; 4] {
+        let (width, height) = self.chroma();
+        let (luma, rest) = data.split_at_mut(self.size.pixels());
+        let (u, rest) = rest.split_at_mut(width * height);
+        let (v, alpha) = rest.split_at_mut(width * height);
+        [luma, u, v, alpha]
+    }
 }
 
 /// How a picture is told as planes.
@@ -174,18 +190,14 @@ pub struct Planes {
 impl Planes {
     /// Luma, Cb and Cr.
     pub(crate) fn split(&self) -> [&[u8]; 3] {
-        let (width, height) = self.form.layout.chroma();
-        let (luma, rest) = self.data.split_at(self.form.layout.size.pixels());
-        let (u, rest) = rest.split_at(width * height);
-        [luma, u, &rest[..width * height]]
+        let [luma, u, v, _] = self.form.layout.split(&self.data);
+        [luma, u, v]
     }
 
     /// The same, to be written.
     pub(crate) fn split_mut(&mut self) -> [&mut [u8]; 3] {
-        let (width, height) = self.form.layout.chroma();
-        let (luma, rest) = self.data.split_at_mut(self.form.layout.size.pixels());
-        let (u, rest) = rest.split_at_mut(width * height);
-        [luma, u, &mut rest[..width * height]]
+        let [luma, u, v, _] = self.form.layout.split_mut(&mut self.data);
+        [luma, u, v]
     }
 
     /// The samples nearest to pixel `(x, y)` of a [squared](Layout::is_squared) picture.

@@ -80,14 +80,11 @@ pub(crate) fn rows_to_rgba(
     out: &mut [Rgba],
 ) {
     assert_eq!(data.len(), layout.bytes(), "the planes fit the layout");
-    let (width, pixels) = (layout.size.width as usize, layout.size.pixels());
-    let (luma, rest) = data.split_at(pixels);
-    let (chroma_width, chroma_height) = layout.chroma();
-    let (u, rest) = rest.split_at(chroma_width * chroma_height);
-    let (v, alpha) = rest.split_at(chroma_width * chroma_height);
+    let width = layout.size.width as usize;
+    let [luma, u, v, alpha] = layout.split(data);
     let factors = FromYuv::new(coding);
     let [mut us, mut vs] = [vec![0u16; width], vec![0u16; width]];
-    let mut blend = vec![0u16; chroma_width];
+    let mut blend = vec![0u16; layout.chroma().0];
     for (row, out) in (first..).zip(out.chunks_mut(width)) {
         widest(
             #[inline(always)]

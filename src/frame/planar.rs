@@ -1,5 +1,6 @@
 //! Frames as video has them, planes, and the pixels that are made of them where somebody asks.
 
+use std::iter::Sum;
 use std::ops::Range;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
@@ -8,9 +9,6 @@ use rayon::prelude::*;
 use super::{Frame, Rgba, check_size};
 use crate::colour::{Form, FromYuv, Planes, rows_to_rgba, to_rgba};
 use crate::error::{Error, Result};
-
-/// Rows that are made as one piece of work.
-const ROWS: usize = 64;
 
 /// Memory of frames that are no longer needed, to be filled again.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -55,12 +53,15 @@ impl Pixels {
         self.made.get_or_init(|| {
             let Planes { form: Form { layout, coding }, data } =
                 planes.expect("a frame without pixels has planes");
-            let mut pixels =
-                std::mem::take(&mut *self.room.lock().unwrap_or_else(PoisonError::into_inner));
+            let mut pixels = self.take_room();
             // By one thread: one that waited for others' help might take up work that waits for this.
             to_rgba(layout, *coding, data, &mut pixels);
             pixels
         })
+    }
+
+    fn take_room(&self) -> Vec<Rgba> {
+        std::mem::take(&mut *self.room.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// They themselves.
@@ -96,18 +97,28 @@ impl Frame {
         Ok(Self { size: layout.size, opaque: true, planes: Some(planes), pixels })
     }
 
-    /// The same with its pixels, made at once and by all threads.
-    pub(crate) fn developed(planes: Planes, room: Vec<Rgba>) -> Result<Self> {
-        let frame = Self::planar(planes, Vec::new())?;
-        let mut pixels = room;
-        pixels.resize(frame.size.pixels(), [0; 4]);
-        if let Some(Planes { form, data }) = &frame.planes {
-            let parts = pixels.par_chunks_mut(ROWS * frame.size.width as usize).enumerate();
-            parts.for_each(|(part, out)| {
-                rows_to_rgba(&form.layout, form.coding, data, part * ROWS, out);
-            });
-        }
-        Ok(Self { pixels: pixels.into(), ..frame })
+    /// Makes the pixels, where they are not there yet, by all threads, `rows` rows at a time. With each it
+    /// calls `visit` while they are in the cache, and adds up what that returns; `with` has something for
+    /// each. `None` where the pixels are there already.
+    pub(crate) fn develop<T: Send, S: Sum<S> + Send>(
+        &self,
+        rows: usize,
+        with: impl IndexedParallelIterator<Item = T>,
+        visit: impl Fn(&[Rgba], T) -> S + Sync,
+    ) -> Option<S> {
+        let Planes { form, data } =
+            self.planes.as_ref().filter(|_| self.pixels.made.get().is_none())?;
+        let mut pixels = self.pixels.take_room();
+        pixels.resize(self.size.pixels(), [0; 4]);
+        let parts = pixels.par_chunks_mut(rows * self.size.width as usize).zip(with).enumerate();
+        let sum = parts.map(|(part, (out, with))| {
+            rows_to_rgba(&form.layout, form.coding, data, part * rows, out);
+            visit(out, with)
+        });
+        let sum = sum.sum();
+        // Somebody else may have made them meanwhile: the same ones.
+        let _ = self.pixels.made.set(pixels);
+        Some(sum)
     }
 
     /// The planes, of a frame that came as such.
@@ -179,13 +190,29 @@ mod tests {
         assert!(frame.is_opaque());
         assert_eq!(frame.planes(), Some(&planes));
         assert_eq!(frame.pixels(), pixels);
-        let developed = Frame::developed(planes.clone(), vec![[1; 4]]).expect("even sides");
-        assert_eq!(developed.into_memory().pixels, pixels);
         assert_eq!(
             frame,
             Frame::new(planes.form.layout.size, pixels.clone()).expect("a small frame")
         );
         assert_eq!(frame.into_memory(), Memory { pixels, planes: planes.data });
+    }
+
+    #[test]
+    fn pixels_are_developed_once_and_seen_on_the_way() {
+        let planes = planes(20, 150);
+        let frame = Frame::planar(planes.clone(), vec![[1; 4]]).expect("even sides");
+        let mut seen = vec![Vec::new(); 10];
+        let develop = |seen: &mut Vec<Vec<Rgba>>| {
+            frame.develop(16, seen.par_iter_mut(), |rows, seen| {
+                seen.extend_from_slice(rows);
+                rows.len()
+            })
+        };
+        assert_eq!(develop(&mut seen), Some(20 * 150));
+        let whole = Frame::planar(planes, Vec::new()).expect("even sides");
+        assert_eq!(seen.concat(), whole.pixels());
+        assert_eq!(frame.pixels(), whole.pixels());
+        assert_eq!(develop(&mut seen), None, "they are there by now");
     }
 
     #[test]

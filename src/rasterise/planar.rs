@@ -335,6 +335,7 @@ mod tests {
             }
         }
     }
+
     #[test]
     fn means_of_some_rows_are_near_those_of_all_and_areas_exact() {
         let size = Size::new(120, 90);

@@ -96,6 +96,8 @@ pub(super) struct Descent {
     reach: Vec<i32>,
     /// The vertices that a step is for.
     turn: Vec<u32>,
+    /// The error of the triangles around each vertex, where it is asked for.
+    around: Vec<f64>,
     colouring: Colouring,
     found: Vec<Visits>,
 }
@@ -128,13 +130,15 @@ impl Descent {
         self.turn.clear();
         self.turn.extend(share.of(&surface.order));
         let least = WORTH_A_VISIT * field.least_gain;
-        let is_worth =
-            |surface: &Surface, v: u32| !field.running || errors.around(surface, v) >= least;
+        if field.running {
+            errors.around_all(surface, &mut self.around);
+        }
         let mut moved = 0;
         for block in self.turn.chunks(BLOCK) {
-            let here = &*surface;
+            let (here, around) = (&*surface, &self.around);
+            let is_worth = |v: u32| !field.running || around[v as usize] >= least;
             self.colouring.colour(here, block, |v| {
-                here.awake[v as usize] && rest.allows(v) && rest.is_rested(v) && is_worth(here, v)
+                here.awake[v as usize] && rest.allows(v) && rest.is_rested(v) && is_worth(v)
             });
             for class in &self.colouring.classes {
                 moved += descend(surface, rest, &mut self.reach, class, field, &mut self.found);

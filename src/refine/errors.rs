@@ -104,10 +104,41 @@ impl Errors {
         self.known[t as usize].error
     }
 
-    /// That of the triangles around vertex `v`, together.
-    pub(super) fn around(&self, surface: &Surface, v: u32) -> f64 {
-        let mut sum = 0.0;
-        surface.around(v, |h| sum += self.of(h / 3));
-        sum
+    /// Those of the triangles around each vertex, together, written to `sums`.
+    pub(super) fn around_all(&self, surface: &Surface, sums: &mut Vec<f64>) {
+        sums.clear();
+        sums.resize(surface.at.len(), 0.0);
+        let (triangles, _) = surface.origin.as_chunks::<3>();
+        for (known, corners) in self.known.iter().zip(triangles) {
+            corners.iter().for_each(|&v| sums[v as usize] += known.error);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::{SUBPIXEL, Size};
+    use crate::triangulate::tests::mesh_of;
+
+    #[test]
+    fn errors_around_are_those_of_the_triangles_around() {
+        let seeds: Vec<_> =
+            (1..40).map(|i| (0.025 * f64::from(i), 0.37 * f64::from(i) % 1.0)).collect();
+        let mut surface = Surface::default();
+        surface.link(&mesh_of(Size::new(90, 70), &seeds, SUBPIXEL));
+        let mut errors = Errors::default();
+        errors.begin(&surface, false);
+        for (t, known) in errors.known.iter_mut().enumerate() {
+            known.error = (t * t) as f64;
+        }
+        let mut sums = vec![7.0; 3];
+        errors.around_all(&surface, &mut sums);
+        let slowly = |v: u32| {
+            let mut sum = 0.0;
+            surface.around(v, |h| sum += errors.of(h / 3));
+            sum
+        };
+        assert_eq!(sums, (0..surface.at.len() as u32).map(slowly).collect::<Vec<_>>());
     }
 }

@@ -20,6 +20,7 @@ mod descend;
 mod errors;
 mod flip;
 mod force;
+mod mean;
 mod nearby;
 mod patch;
 mod plan;
@@ -257,11 +258,15 @@ impl Refiner {
         rayon::scope(|_| {
             let wanted = echo.and_then(|echo| echo.on(frame));
             let frame = wanted.as_ref().unwrap_or(frame);
-            self.rows.load(frame);
-            let carried = self.surface.relink(mesh);
-            if carried && options.running {
-                self.gather();
-            }
+            let Self { rows, surface, stepper, scattered, .. } = self;
+            let carry = || {
+                let carried = surface.relink(mesh);
+                if carried && options.running {
+                    gather(surface, stepper, scattered);
+                }
+                carried
+            };
+            let ((), carried) = rayon::join(|| rows.load(frame), carry);
             self.surface.measure(&self.rows);
             let refined = self.run(mesh, frame, options, carried, None);
             if let Some(wanted) = wanted {
@@ -269,16 +274,6 @@ impl Refiner {
             }
             refined
         })
-    }
-
-    /// Numbers the triangles anew where many vertices were re-placed since that was done last. What has settled
-    /// with the old numbers might not have with the new ones: those decide between changes that exclude each
-    /// other.
-    fn gather(&mut self) {
-        if self.scattered * GATHERED >= self.surface.at.len() {
-            self.scattered = 0;
-            self.stepper.renumber(self.surface.renumber());
-        }
     }
 
     /// Asks for the echo of a frame that was refined, for the next one to [resume](Refiner::resume) with.
@@ -337,6 +332,16 @@ impl Refiner {
             refined.fills = surface.stored_fills(rows);
         }
         refined
+    }
+}
+
+/// Numbers the triangles anew where many vertices were re-placed, `scattered`, since that was done last. What
+/// has settled with the old numbers might not have with the new ones: those decide between changes that exclude
+/// each other.
+fn gather(surface: &mut Surface, stepper: &mut Stepper, scattered: &mut usize) {
+    if *scattered * GATHERED >= surface.at.len() {
+        *scattered = 0;
+        stepper.renumber(surface.renumber());
     }
 }
 

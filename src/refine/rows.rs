@@ -39,7 +39,7 @@ const TOGETHER: usize = 4;
 /// Entries of a cache line.
 const LINE: usize = 64 / size_of::<u64>();
 
-/// Rows that make one piece of work, in groups that lie together.
+/// Groups of rows that lie together in one piece of work.
 const GROUPS: usize = 16;
 
 impl Default for RowSums {
@@ -75,29 +75,38 @@ impl RowSums {
         let start = |y: usize| (aligned + y / TOGETHER * group + y % TOGETHER) as u32;
         self.starts.clear();
         self.starts.extend((0..height).map(start));
-        let colour = self.colour[aligned..aligned + entries].par_chunks_mut(group);
+        let colour = &mut self.colour[aligned..aligned + entries];
         self.alpha.clear();
         if frame.is_opaque() {
-            let first = rows.start as usize / TOGETHER;
-            let groups = (rows.end as usize).div_ceil(TOGETHER).saturating_sub(first);
-            let colour = colour.enumerate().skip(first).take(groups);
-            let squares = colour.with_min_len(GROUPS).map(|(four, colour)| {
-                // Below the frame the last row stands in for those that nobody asks for.
-                let row = |i: usize| frame.row((TOGETHER * four + i).min(height - 1) as u32);
-                let counted = (height - TOGETHER * four).min(TOGETHER);
-                sum_opaque([row(0), row(1), row(2), row(3)], counted, colour)
+            let (first, end) =
+                (rows.start as usize / TOGETHER, (rows.end as usize).div_ceil(TOGETHER));
+            let colour = &mut colour[first * group..end.max(first) * group];
+            let width = size.width as usize;
+            let sum =
+                |pixels: &[Rgba], colour: &mut [u64]| sum_groups(pixels, width, colour, group);
+            let made = if rows == (0..size.height) {
+                frame.develop(GROUPS * TOGETHER, colour.par_chunks_mut(GROUPS * group), sum)
+            } else {
+                None
+            };
+            self.squares = made.unwrap_or_else(|| {
+                let pixels = &frame.pixels()[first * TOGETHER * width..];
+                let pixels = pixels.par_chunks(GROUPS * TOGETHER * width);
+                let parts = pixels.zip(colour.par_chunks_mut(GROUPS * group));
+                parts.map(|(pixels, colour)| sum(pixels, colour)).sum()
             });
-            self.squares = squares.sum();
         } else {
             self.alpha.resize(entries + LINE, 0);
             let alpha = self.alpha[aligned..aligned + entries].par_chunks_mut(group);
-            let squares = colour.zip(alpha).enumerate().map(|(four, (colour, alpha))| {
-                let rows = (TOGETHER * four..height).take(TOGETHER).enumerate();
-                let row = |(i, y)| {
-                    sum_premultiplied(frame.row(y as u32), &mut colour[i..], &mut alpha[i..])
-                };
-                rows.map(row).sum::<u64>()
-            });
+            let squares = colour.par_chunks_mut(group).zip(alpha).enumerate().map(
+                |(four, (colour, alpha))| {
+                    let rows = (TOGETHER * four..height).take(TOGETHER).enumerate();
+                    let row = |(i, y)| {
+                        sum_premultiplied(frame.row(y as u32), &mut colour[i..], &mut alpha[i..])
+                    };
+                    rows.map(row).sum::<u64>()
+                },
+            );
             self.squares = squares.sum();
         }
     }
@@ -275,6 +284,19 @@ fn opaque_squares_of(frame: &Frame, triangle: [Point; 3]) -> u64 {
         },
     );
     squares + lanes.total()
+}
+
+/// Writes the running sums of opaque rows, those that lie together one `group` after the other, and returns
+/// the squares of their pixels.
+fn sum_groups(pixels: &[Rgba], width: usize, out: &mut [u64], group: usize) -> u64 {
+    let groups = pixels.chunks(TOGETHER * width).zip(out.chunks_mut(group));
+    let squares = groups.map(|(pixels, out)| {
+        let counted = pixels.len() / width;
+        // Below the frame the last row stands in for those that nobody asks for.
+        let row = |i: usize| &pixels[i.min(counted - 1) * width..][..width];
+        sum_opaque([row(0), row(1), row(2), row(3)], counted, out)
+    });
+    squares.sum()
 }
 
 /// Writes the running sums of four opaque rows, which lie together, and returns the squares of the

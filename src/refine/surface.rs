@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::cost::Cost;
+use super::mean::Mean;
 use super::nearby::Nearby;
 use super::rows::RowSums;
 use super::sums::{Sums, Total};
@@ -34,32 +35,6 @@ pub(super) fn permute<const EACH: usize, T: Copy>(
     let (triangles, _) = values.as_chunks::<EACH>();
     spare.extend(old.iter().flat_map(|&t| triangles[t as usize]));
     std::mem::swap(values, spare);
-}
-
-/// What a triangle looks like.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Mean {
-    /// Number of pixels.
-    pub(super) count: f32,
-    /// Red, green, blue, alpha as [`Total::mean`] has them; 0 where there are no pixels.
-    pub(super) colour: [f32; 4],
-}
-
-impl Mean {
-    pub(super) fn of(total: &Total) -> Self {
-        Self { count: total.count() as f32, colour: total.mean().unwrap_or_default() }
-    }
-
-    /// How much it has changed from another `colour`: squared 8-bit steps, over all pixels.
-    pub(super) fn change_from(&self, colour: &[f32; 4]) -> f64 {
-        let squared: f32 = self.colour.iter().zip(colour).map(|(a, b)| (a - b) * (a - b)).sum();
-        f64::from(self.count) * f64::from(squared)
-    }
-
-    /// The colour, where there are pixels.
-    pub(super) fn known(&self) -> Option<[f32; 4]> {
-        (self.count > 0.0).then_some(self.colour)
-    }
 }
 
 /// The mesh while it is refined. Half-edge `h` belongs to triangle `h / 3` and runs from its origin to
@@ -396,6 +371,8 @@ impl Surface {
     /// The mean colours and areas of the triangles in the order in which they were last stored.
     pub(super) fn stored_fills(&self, rows: &RowSums) -> Vec<Fill> {
         let stored = self.numbered.par_iter().with_min_len(512);
-        stored.map(|&(_, number)| self.total(rows, number).fill()).collect()
+        let total = |number: u32| self.total(rows, number).fill();
+        let fill = |number: u32| self.mean[number as usize].fill().unwrap_or_else(|| total(number));
+        stored.map(|&(_, number)| fill(number)).collect()
     }
 }

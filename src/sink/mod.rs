@@ -142,7 +142,7 @@ impl Default for SinkOptions {
 /// cannot be written.
 pub fn create(output: &str, info: &StreamInfo, options: &SinkOptions) -> Result<Box<dyn Sink>> {
     if output == "null:" {
-        return Ok(Box::new(null::Null::default()));
+        return Ok(Box::new(null::Null::of(info)));
     }
     if output == "-" {
         return y4m::Y4mSink::standard(info);

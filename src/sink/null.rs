@@ -1,19 +1,36 @@
 //! Nowhere: for measuring everything but the writing.
 
 use super::{Picture, Sink};
+use crate::colour::{Coding, Form, Layout, Sampling, Siting};
 use crate::error::Result;
-use crate::frame::Memory;
+use crate::frame::{Memory, StreamInfo};
 
-/// Discards pictures.
-#[derive(Debug, Default)]
+/// Discards pictures. Those of a video are taken as a video would take them.
+#[derive(Debug)]
 pub(crate) struct Null {
+    form: Option<Form>,
     spent: Memory,
+}
+
+impl Null {
+    /// For pictures made from the stream `info`.
+    pub(crate) fn of(info: &StreamInfo) -> Self {
+        let (sampling, siting) = (Sampling::Yuv420, Siting::Left);
+        let layout = Layout { size: info.size, sampling, siting, alpha: false };
+        let coding = info.colour.as_ref().map(|tags| Coding::of(tags, info.size));
+        let form = coding.map(|coding| Form { layout, coding });
+        Self { form: form.filter(|form| form.layout.is_squared()), spent: Memory::default() }
+    }
 }
 
 impl Sink for Null {
     fn write(&mut self, picture: Picture) -> Result<()> {
         self.spent = picture.frame.into_memory();
         Ok(())
+    }
+
+    fn form(&self) -> Option<Form> {
+        self.form
     }
 
     fn spent(&mut self) -> Memory {

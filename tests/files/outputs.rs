@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::PathBuf;
 
+use polyreel::colour::Range;
+use polyreel::frame::{Colorimetry, StreamInfo};
 use polyreel::geom::Size;
 use polyreel::sink::{self, SinkOptions};
 
@@ -58,6 +60,23 @@ fn sinks_that_are_dropped_leave_nothing() {
         drop(sink);
         assert_eq!(listed(folder.path()), [""; 0], "{output}");
     }
+}
+
+/// As it would be for a real output: what is measured is what it takes.
+#[test]
+fn null_takes_a_video_as_planes_and_all_else_as_pixels() {
+    let size = Size::new(64, 48);
+    let form = |info: &StreamInfo| {
+        let sink = sink::create("null:", info, &SinkOptions::default()).expect("nothing can fail");
+        sink.form()
+    };
+    let pixels = info(size, 9);
+    assert_eq!(form(&pixels), None);
+    let tags = Colorimetry { range: Some("pc".into()), ..Colorimetry::default() };
+    let video = StreamInfo { colour: Some(tags), ..info(size, 9) };
+    let planes = form(&video).expect("even sides");
+    assert_eq!((planes.layout.size, planes.coding.range), (size, Range::Full));
+    assert_eq!(form(&StreamInfo { size: Size::new(63, 48), ..video }), None);
 }
 
 #[test]

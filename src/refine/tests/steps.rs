@@ -7,7 +7,8 @@ use crate::geom::orient;
 use crate::mesh::Place;
 use crate::rasterise::{self, rasterise};
 use crate::refine::cost::Cost;
-use crate::refine::surface::{Mean, NONE, next};
+use crate::refine::mean::Mean;
+use crate::refine::surface::{NONE, next};
 
 /// The half-edges fit together, and what is kept beside them is what measuring anew would find.
 fn audit(surface: &Surface, rows: &RowSums) {
