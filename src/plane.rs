@@ -23,6 +23,12 @@ impl<T: Copy> Plane<T> {
         Self { size, values: vec![value; size.pixels()] }
     }
 
+    /// A plane in the `memory` of another one, whose values stay as far as they go; after them it holds `value`.
+    pub(crate) fn in_memory(size: Size, mut memory: Vec<T>, value: T) -> Self {
+        memory.resize(size.pixels(), value);
+        Self { size, values: memory }
+    }
+
     /// Width and height.
     pub fn size(&self) -> Size {
         self.size

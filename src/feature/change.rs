@@ -42,6 +42,8 @@ pub enum Change {
 #[derive(Debug, Default)]
 pub struct Watcher {
     seen: Option<Seen>,
+    /// Memory for the next small picture.
+    spent: Option<Small>,
 }
 
 #[derive(Debug)]
@@ -54,7 +56,7 @@ struct Seen {
 impl Watcher {
     /// How `frame` continues the frames watched before.
     pub fn watch(&mut self, frame: &Frame) -> Change {
-        let small = Small::new(frame);
+        let small = Small::in_memory(frame, self.spent.take());
         match self.seen.take().filter(|seen| seen.previous.size == small.size) {
             Some(seen) => self.compare(seen, small),
             None => self.begin(small),
@@ -95,7 +97,8 @@ impl Watcher {
             .before_flash
             .map(|(last, age)| (last, age + 1))
             .filter(|&(_, age)| age <= FLASH_FRAMES);
-        self.seen = Some(Seen { previous: small, ..seen });
+        self.spent = Some(std::mem::replace(&mut seen.previous, small));
+        self.seen = Some(seen);
         Change::Goes(motion)
     }
 

@@ -59,15 +59,15 @@ pub(crate) fn pyramid(luma: &Plane<u8>) -> Vec<Plane<f32>> {
     while let Some(last) = levels.last()
         && last.size().width.min(last.size().height) >= 2 * LEAST_SIDE
     {
-        levels.push(halve(last));
+        levels.push(halve(last, Vec::new()));
     }
     levels
 }
 
-/// Means of 2x2 pixels; an odd last row or column is left out.
-fn halve(plane: &Plane<f32>) -> Plane<f32> {
+/// Means of 2x2 pixels, in `memory`; an odd last row or column is left out.
+fn halve(plane: &Plane<f32>, memory: Vec<f32>) -> Plane<f32> {
     let size = Size::new(plane.size().width / 2, plane.size().height / 2);
-    let mut out = Plane::filled(size, 0.0);
+    let mut out = Plane::in_memory(size, memory, 0.0);
     for (y, row) in (0..).zip(out.values_mut().chunks_exact_mut(size.width as usize)) {
         let (above, below) = (plane.row(2 * y), plane.row(2 * y + 1));
         for (x, value) in row.iter_mut().enumerate() {

@@ -29,20 +29,28 @@ pub struct Small {
 impl Small {
     /// Makes `frame` small. Rows and columns that do not fill a small pixel are left out.
     pub fn new(frame: &Frame) -> Self {
+        Self::in_memory(frame, None)
+    }
+
+    /// The same in the memory of one that is no longer needed, if any.
+    pub(crate) fn in_memory(frame: &Frame, spent: Option<Self>) -> Self {
+        let mut spent = spent.into_iter().flat_map(|small| small.levels).map(Plane::into_values);
+        let mut memory = || spent.next().unwrap_or_default();
         let size = frame.size();
         let side = size.width.max(size.height);
         let factor = side.div_ceil(SMALL_SIDE).min(size.width.min(size.height));
         let small = Size::new(size.width / factor, size.height / factor);
-        let plane = match frame.planes() {
-            Some(planes) => means_of_luma(small, factor, planes),
-            None => means_of_pixels(small, factor, frame),
-        };
+        let mut plane = Plane::in_memory(small, memory(), 0.0);
+        match frame.planes() {
+            Some(planes) => means_of_luma(&mut plane, factor, planes),
+            None => means_of_pixels(&mut plane, factor, frame),
+        }
         let mut levels = vec![plane];
         while let Some(last) = levels.last()
             && levels.len() < LEVELS
             && last.size().width.min(last.size().height) >= 4 * PATCH as u32
         {
-            levels.push(super::halve(last));
+            levels.push(super::halve(last, memory()));
         }
         Self { factor, size, levels }
     }
@@ -53,14 +61,14 @@ impl Small {
     }
 }
 
-/// Mean lumas, as many as `small` says, of `factor` x `factor` pixels of `frame`.
-fn means_of_pixels(small: Size, factor: u32, frame: &Frame) -> Plane<f32> {
+/// Fills `small` with the mean lumas of `factor` x `factor` pixels of `frame`.
+fn means_of_pixels(small: &mut Plane<f32>, factor: u32, frame: &Frame) {
     let row = |y: u32| frame.row(y).as_flattened();
-    small_rows(small, factor, 4, row, |sums| mean_luma(sums, factor))
+    small_rows(small, factor, 4, row, |sums| mean_luma(sums, factor));
 }
 
 /// The same of the luma of `planes`.
-fn means_of_luma(small: Size, factor: u32, planes: &Planes) -> Plane<f32> {
+fn means_of_luma(small: &mut Plane<f32>, factor: u32, planes: &Planes) {
     let [luma, _, _] = planes.split();
     let width = planes.form.layout.size.width as usize;
     let row = |y: u32| &luma[y as usize * width..][..width];
@@ -69,21 +77,21 @@ fn means_of_luma(small: Size, factor: u32, planes: &Planes) -> Plane<f32> {
     small_rows(small, factor, 1, row, |sums| {
         let sum: u32 = sums.iter().map(|&sum| u32::from(sum)).sum();
         ((sum as f32 / all - black) * scale).clamp(0.0, 255.0)
-    })
+    });
 }
 
-/// Rows of small pixels, each the `mean` of its columns' sums of `factor` of the frame's rows; a pixel of those
+/// Fills rows of small pixels, each the `mean` of its columns' sums of `factor` of the frame's rows; a pixel of those
 /// has as many bytes as `each` says.
 fn small_rows<'a>(
-    small: Size,
+    small: &mut Plane<f32>,
     factor: u32,
     each: usize,
     row: impl Fn(u32) -> &'a [u8] + Sync,
     mean: impl Fn(&[u16]) -> f32 + Sync,
-) -> Plane<f32> {
-    let mut plane = Plane::filled(small, 0.0);
-    let used = (small.width * factor) as usize * each;
-    let rows = plane.values_mut().par_chunks_exact_mut(small.width as usize).enumerate();
+) {
+    let width = small.size().width;
+    let used = (width * factor) as usize * each;
+    let rows = small.values_mut().par_chunks_exact_mut(width as usize).enumerate();
     rows.for_each_init(
         || vec![0u16; used],
         |sums, (y, out)| {
@@ -106,7 +114,6 @@ fn small_rows<'a>(
             );
         },
     );
-    plane
 }
 
 /// The mean luma of a small pixel, 0..255, from its columns' sums of red, green, blue and alpha.

@@ -27,6 +27,9 @@ pub(super) struct Worth {
     asked: Vec<u32>,
     /// Vertices that may be taken out in this pass.
     candidates: Vec<u32>,
+    /// Memory for the triangles of the largest errors, and for those that a pass has touched.
+    worst: Vec<u32>,
+    taken: Vec<bool>,
     /// Passes over this mesh so far.
     passes: u32,
 }
@@ -189,8 +192,14 @@ pub(super) fn replace(
     let mut leaving = std::mem::take(&mut worth.candidates);
     leaving.sort_unstable_by(|&a, &b| total(a).total_cmp(&total(b)).then(a.cmp(&b)));
     let Some(&cheapest) = leaving.first() else { return Vec::new() };
-    let openings = openings(surface, errors, rest, turn, most * planned, total(cheapest), field);
-    let mut taken = vec![false; surface.triangles()];
+    let price = total(cheapest);
+    let is_open =
+        |&t: &u32| turn.has(t) && errors.of(t) > price && rest.allows_triangle(surface, t);
+    worst(surface, errors, is_open, most * planned, &mut worth.worst);
+    let openings = openings(surface, rest, &worth.worst, field);
+    let mut taken = std::mem::take(&mut worth.taken);
+    taken.clear();
+    taken.resize(surface.triangles(), false);
     let mut replaced = Vec::new();
     let (mut ring, mut around, mut closing) = <(Ring, Ring, Closing)>::default();
     let mut leaving = leaving.into_iter();
@@ -234,24 +243,22 @@ pub(super) fn replace(
         put_in(surface, field.rows, &ring, v, opening.place, spare);
         replaced.push(v);
     }
+    worth.taken = taken;
     replaced
 }
 
-/// The best openings in the `most` triangles of the largest error, the best first. A triangle whose
-/// error is below `price` cannot pay for a vertex.
-fn openings(
+/// The `most` triangles of the largest error among those that are open, the worst first. A triangle whose
+/// error is below the price of a vertex cannot pay for one.
+fn worst(
     surface: &Surface,
     errors: &Errors,
-    rest: &Rest,
-    turn: Turn,
+    is_open: impl Fn(&u32) -> bool,
     most: usize,
-    price: f64,
-    field: Field,
-) -> Vec<Opening> {
-    let is_open =
-        |&t: &u32| turn.has(t) && errors.of(t) > price && rest.allows_triangle(surface, t);
+    worst: &mut Vec<u32>,
+) {
+    worst.clear();
     // Nearly all are open: grown step by step it would take three times the memory.
-    let mut worst = Vec::with_capacity(surface.triangles());
+    worst.reserve(surface.triangles());
     worst.extend((0..surface.triangles() as u32).filter(is_open));
     let order = |a: &u32, b: &u32| errors.of(*b).total_cmp(&errors.of(*a)).then(a.cmp(b));
     if worst.len() > most {
@@ -259,6 +266,10 @@ fn openings(
         worst.truncate(most);
     }
     worst.sort_unstable_by(order);
+}
+
+/// The best openings in the triangles `worst`, the best first.
+fn openings(surface: &Surface, rest: &Rest, worst: &[u32], field: Field) -> Vec<Opening> {
     let found: Vec<Option<Opening>> = worst
         .par_iter()
         .with_min_len(PACK / 4)

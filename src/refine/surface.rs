@@ -344,7 +344,9 @@ impl Surface {
         let (triangles, _) = self.origin.as_chunks::<3>();
         let canonical = triangles.iter().map(|&t| Mesh::smallest_first(t));
         // By the first corner with a counting sort; those that share it are few.
-        let mut start = vec![0u32; self.at.len() + 1];
+        let start = &mut self.spare;
+        start.clear();
+        start.resize(self.at.len() + 1, 0);
         for t in canonical.clone() {
             start[t[0] as usize + 1] += 1;
         }

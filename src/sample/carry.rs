@@ -7,45 +7,58 @@ use crate::mesh::{CORNERS, Mesh, Place};
 /// Shares of its way that a vertex tries, longest first; after the last it stays.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 
-/// Moves the vertices of `mesh` by `motion`, as far as all triangles keep their orientation and some
-/// area: where the picture folds, at the rim of what is covered or leaves the frame, vertices go half
-/// the way, a quarter, or stay. Border vertices slide along their border; corners stay. Returns how
-/// many moved. A sound mesh stays sound.
-pub fn carry(mesh: &mut Mesh, motion: &Motion) -> usize {
-    if motion.is_rest() {
-        return 0;
-    }
-    let size = mesh.size;
-    let from = mesh.vertices.clone();
-    let ways: Vec<(f64, f64)> = from.iter().map(|&p| way(p, size, motion)).collect();
-    let mut tried = vec![0usize; from.len()];
-    let place = |v: usize, tried: usize| {
-        let share = SHARES.get(tried).copied().unwrap_or(0.0);
-        step(from[v], ways[v], share, size)
-    };
-    for v in CORNERS..from.len() {
-        mesh.vertices[v] = place(v, 0);
-    }
-    // Every round takes back at least one vertex of each broken triangle; when all three stay where
-    // they were the triangle is the sound one it was.
-    let mut broken = true;
-    while broken {
-        broken = false;
-        for t in 0..mesh.triangles.len() {
-            let [a, b, c] = mesh.triangle(t);
-            if orient(a, b, c) >= LEAST_AREA {
-                continue;
-            }
-            for v in mesh.triangles[t].map(|v| v as usize) {
-                if tried[v] < SHARES.len() && v >= CORNERS {
-                    tried[v] += 1;
-                    mesh.vertices[v] = place(v, tried[v]);
-                    broken = true;
+/// Carries meshes: memory that is used again.
+#[derive(Clone, Debug, Default)]
+pub struct Carrier {
+    /// Where each vertex was, where it is to go, and how many of [`SHARES`] of that way were too long.
+    from: Vec<Point>,
+    ways: Vec<(f64, f64)>,
+    tried: Vec<u8>,
+}
+
+impl Carrier {
+    /// Moves the vertices of `mesh` by `motion`, as far as all triangles keep their orientation and some
+    /// area: where the picture folds, at the rim of what is covered or leaves the frame, vertices go half
+    /// the way, a quarter, or stay. Border vertices slide along their border; corners stay. A sound mesh
+    /// stays sound.
+    pub fn carry(&mut self, mesh: &mut Mesh, motion: &Motion) {
+        if motion.is_rest() {
+            return;
+        }
+        let Self { from, ways, tried } = self;
+        let size = mesh.size;
+        from.clone_from(&mesh.vertices);
+        ways.clear();
+        ways.extend(from.iter().map(|&p| way(p, size, motion)));
+        tried.clear();
+        tried.resize(from.len(), 0);
+        let place = |v: usize, tried: u8| {
+            let share = SHARES.get(usize::from(tried)).copied().unwrap_or(0.0);
+            step(from[v], ways[v], share, size)
+        };
+        for v in CORNERS..from.len() {
+            mesh.vertices[v] = place(v, 0);
+        }
+        // Every round takes back at least one vertex of each broken triangle; when all three stay where
+        // they were the triangle is the sound one it was.
+        let mut broken = true;
+        while broken {
+            broken = false;
+            for t in 0..mesh.triangles.len() {
+                let [a, b, c] = mesh.triangle(t);
+                if orient(a, b, c) >= LEAST_AREA {
+                    continue;
+                }
+                for v in mesh.triangles[t].map(|v| v as usize) {
+                    if usize::from(tried[v]) < SHARES.len() && v >= CORNERS {
+                        tried[v] += 1;
+                        mesh.vertices[v] = place(v, tried[v]);
+                        broken = true;
+                    }
                 }
             }
         }
     }
-    mesh.vertices.iter().zip(&from).filter(|(now, then)| now != then).count()
 }
 
 /// A triangle that motion makes smaller than this, doubled and in (1/256 pixel)^2, counts as folded: a
@@ -116,7 +129,7 @@ mod tests {
         let motion = Motion::between(&a, &b, &vec![true; columns.len() * rows.len()]);
         let before = mesh();
         let mut after = before.clone();
-        carry(&mut after, &motion);
+        Carrier::default().carry(&mut after, &motion);
         (before, after)
     }
 

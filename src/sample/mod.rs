@@ -18,7 +18,7 @@ use crate::mesh::Mesh;
 use crate::options::{Detail, Method, Options};
 use bands::share_bands;
 use border::border_points;
-use carry::carry;
+use carry::Carrier;
 use density::{Binned, Quota};
 use occupy::occupy;
 use spread::spread;
@@ -58,6 +58,7 @@ pub struct Sampler {
     options: Options,
     /// The mesh that the frame before ended with.
     living: Option<Mesh>,
+    carrier: Carrier,
     /// Where its seeds were.
     before: Vec<Point>,
     /// Seeds, per cent of those that were asked for.
@@ -72,6 +73,7 @@ impl Sampler {
         Self {
             options: options.clone(),
             living: None,
+            carrier: Carrier::default(),
             before: Vec::new(),
             seeds: Detail::FULL.seeds,
             survivors: None,
@@ -118,7 +120,7 @@ impl Sampler {
         self.before.extend(living.iter().flat_map(|mesh| mesh.seeds()));
         match (&features.change, living) {
             (Change::Goes(motion), Some(mut mesh)) if mesh.size == size => {
-                carry(&mut mesh, motion);
+                self.carrier.carry(&mut mesh, motion);
                 if before == self.seeds {
                     return Start::Mesh(mesh);
                 }
