@@ -4,7 +4,7 @@ use crate::geom::{Point, Size, orient};
 
 /// A mesh over a frame: every point of `[0, width] x [0, height]` lies in a triangle, and interiors
 /// do not overlap.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq, Eq)]
 pub struct Mesh {
     /// The frame's size in pixels.
     pub size: Size,
@@ -14,6 +14,21 @@ pub struct Mesh {
     /// Vertex numbers of each triangle, with a positive [`orient`]; the smallest number stands first
     /// and triangles are sorted, so that equal meshes are equal values.
     pub triangles: Vec<[u32; 3]>,
+}
+
+impl Clone for Mesh {
+    fn clone(&self) -> Self {
+        let Self { size, vertices, triangles } = self;
+        Self { size: *size, vertices: vertices.clone(), triangles: triangles.clone() }
+    }
+
+    /// In the memory that is there already.
+    fn clone_from(&mut self, other: &Self) {
+        let Self { size, vertices, triangles } = other;
+        self.size = *size;
+        self.vertices.clone_from(vertices);
+        self.triangles.clone_from(triangles);
+    }
 }
 
 /// Number of corner vertices, which stand before the seeds in [`Mesh::vertices`].
@@ -213,6 +228,17 @@ mod tests {
     #[test]
     fn a_fan_around_the_centre_is_sound() {
         assert_eq!(square().check(), Ok(()));
+    }
+
+    #[test]
+    fn a_mesh_is_written_in_the_memory_of_another_one() {
+        let size = Size::new(9, 2);
+        let vertices = vec![Point::new(1, 1); 30];
+        let mut other = Mesh { size, vertices, triangles: vec![[0, 1, 2]] };
+        let memory = other.vertices.as_ptr();
+        other.clone_from(&square());
+        assert_eq!(other, square());
+        assert_eq!(other.vertices.as_ptr(), memory);
     }
 
     #[test]

@@ -257,6 +257,11 @@ impl Mesher {
         Ok(self.refiner.refine_while(mesh, frame, &looking, &mut watch))
     }
 
+    /// Takes back a mesh that is no longer needed: see [`Sampler::reuse`].
+    pub fn reuse(&mut self, spent: Mesh) {
+        self.sampler.reuse(spent);
+    }
+
     /// Takes up the mesh for the next frame: see [`Sampler::remember`].
     pub fn remember(&mut self, mesh: &Mesh, fresh: bool, refined: &Refined) -> Life {
         self.sampler.remember(mesh, fresh, &refined.replaced)

@@ -57,7 +57,8 @@ impl Chain {
         let brief = Brief { fresh, known: refined.fills, call };
         let (painting, echo) = self.painter.paint(&mesh, frame, detail.rows, brief);
         self.echo = echo;
-        drop((features, mesh));
+        drop(features);
+        self.mesher.reuse(mesh);
         done(Stage::Rasterise);
         let span = polyreel::frame::Span { start: polyreel::frame::Rational::ZERO, length: None };
         Picture { frame: painting.frame, fills: painting.fills, span }

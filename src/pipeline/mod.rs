@@ -229,12 +229,16 @@ fn spawn_chain<'s, 'e>(
     let station = Station::new(Stage::Sample, mesh);
     let mut mesher = Mesher::new(&options);
     let (tell, told) = bounded(1);
+    let (return_mesh, meshes) = bounded(ROOM);
     let mut echoes = Echoes { told, called: false };
     let mut tuned = options.clone();
     let mesh_thread = spawn(scope, "mesh", move || {
         station.run_in_pool(threads, extracted, |pool, clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 mesher.retune(options);
+            }
+            if let Ok(mesh) = meshes.try_recv() {
+                mesher.reuse(mesh);
             }
             build_mesh(&mut mesher, hop, clock, pilot, pool, &mut echoes)
         });
@@ -255,8 +259,8 @@ fn spawn_chain<'s, 'e>(
             if let Some(spent) = &spent
                 && let Some(origin) = painted.origin.take()
             {
-                // Without room the source has enough of them: then it is let go.
-                let _ = spent.try_send(origin.frame);
+                // Without room there are enough of them: then they are let go.
+                let _ = (spent.try_send(origin.frame), return_mesh.try_send(origin.mesh));
             }
             Ok(painted)
         });

@@ -58,6 +58,8 @@ pub struct Sampler {
     options: Options,
     /// The mesh that the frame before ended with.
     living: Option<Mesh>,
+    /// One that is no longer needed, to be written anew.
+    spent: Option<Mesh>,
     carrier: Carrier,
     /// Where its seeds were.
     before: Vec<Point>,
@@ -73,6 +75,7 @@ impl Sampler {
         Self {
             options: options.clone(),
             living: None,
+            spent: None,
             carrier: Carrier::default(),
             before: Vec::new(),
             seeds: Detail::FULL.seeds,
@@ -137,13 +140,24 @@ impl Sampler {
         }
     }
 
+    /// Takes back a mesh that is no longer needed: a later one is written in its memory.
+    pub fn reuse(&mut self, spent: Mesh) {
+        self.spent = Some(spent);
+    }
+
     /// Takes up the mesh that a frame ended with, for the next one to start from. `fresh` says that its
     /// seeds were chosen afresh; else `replaced` are those, by number of vertex, that were taken from
     /// one place and put in at another. Returns how the seeds came to be.
     pub fn remember(&mut self, mesh: &Mesh, fresh: bool, replaced: &[u32]) -> Life {
         let seeds = mesh.seeds();
         if self.options.coherence > 0.0 {
-            self.living = Some(mesh.clone());
+            self.living = Some(match self.spent.take() {
+                Some(mut living) => {
+                    living.clone_from(mesh);
+                    living
+                }
+                None => mesh.clone(),
+            });
         }
         if let Some(moved) = self.survivors.take() {
             let (born, died) = (seeds.len() - moved, self.before.len() - moved);
