@@ -80,8 +80,8 @@ fn means_of_luma(small: &mut Plane<f32>, factor: u32, planes: &Planes) {
     });
 }
 
-/// Fills rows of small pixels, each the `mean` of its columns' sums of `factor` of the frame's rows; a pixel of those
-/// has as many bytes as `each` says.
+/// Fills rows of small pixels, each the `mean` of its columns' sums of `factor` of the frame's rows; a pixel of
+/// those has as many bytes as `each` says.
 fn small_rows<'a>(
     small: &mut Plane<f32>,
     factor: u32,

@@ -110,6 +110,7 @@ impl Frame {
             self.planes.as_ref().filter(|_| self.pixels.made.get().is_none())?;
         let mut pixels = self.pixels.take_room();
         pixels.resize(self.size.pixels(), [0; 4]);
+        debug_assert_eq!(with.len(), (self.size.height as usize).div_ceil(rows), "one for each");
         let parts = pixels.par_chunks_mut(rows * self.size.width as usize).zip(with).enumerate();
         let sum = parts.map(|(part, (out, with))| {
             rows_to_rgba(&form.layout, form.coding, data, part * rows, out);
