@@ -142,7 +142,7 @@ fn add(off: &mut [u8], now: &[u8]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::colour::{Coding, Layout, Matrix, Range, Sampling, Siting};
+    use crate::colour::{Coding, Layout, Matrix, Range};
 
     fn grey(size: Size, value: u8) -> Frame {
         Frame::filled(size, [value, value, 0, 255]).expect("a small frame")
@@ -181,8 +181,7 @@ mod tests {
     fn planes_echo_as_pixels_do() {
         let planes = |grey: u8, range| {
             let size = Size::new(4, 2);
-            let layout =
-                Layout { size, sampling: Sampling::Yuv420, siting: Siting::Left, alpha: false };
+            let layout = Layout::of_video(size);
             let form = Form { layout, coding: Coding { matrix: Matrix::Bt709, range } };
             let data = [vec![grey; 8], vec![128; 4]].concat();
             Frame::planar(Planes { form, data }, Vec::new()).expect("even sides")

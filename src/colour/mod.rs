@@ -126,6 +126,11 @@ pub struct Layout {
 }
 
 impl Layout {
+    /// That of pictures of `size` as videos are usually made of: 4:2:0, chroma sited left, opaque.
+    pub(crate) const fn of_video(size: Size) -> Self {
+        Self { size, sampling: Sampling::Yuv420, siting: Siting::Left, alpha: false }
+    }
+
     /// Width and height of a chroma plane, zero when there is none.
     pub fn chroma(&self) -> (usize, usize) {
         let (width, height) = (self.size.width as usize, self.size.height as usize);

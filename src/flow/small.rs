@@ -135,14 +135,13 @@ const LUMA: [f32; 3] = [0.299, 0.587, 0.114];
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::colour::{Coding, Form, Layout, Matrix, Range, Sampling, Siting};
+    use crate::colour::{Coding, Form, Layout, Matrix, Range};
 
     /// A limited and a full range of luma, as planes and as the pixels that they make.
     #[test]
     fn planes_are_as_bright_as_their_pixels() {
         let size = Size::new(1004, 62);
-        let layout =
-            Layout { size, sampling: Sampling::Yuv420, siting: Siting::Left, alpha: false };
+        let layout = Layout::of_video(size);
         for (range, least, codes) in [(Range::Limited, 16, 220), (Range::Full, 0, 256)] {
             let form = Form { layout, coding: Coding { matrix: Matrix::Bt601, range } };
             let luma = (0..size.pixels()).map(|i| (least + (i * i / 7) % codes) as u8);

@@ -169,15 +169,14 @@ impl Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::colour::{Coding, Layout, Matrix, Range, Sampling, Siting};
+    use crate::colour::{Coding, Layout, Matrix, Range};
     use crate::geom::Size;
 
     const CODING: Coding = Coding { matrix: Matrix::Bt709, range: Range::Limited };
 
     fn planes(width: u32, height: u32) -> Planes {
         let size = Size::new(width, height);
-        let layout =
-            Layout { size, sampling: Sampling::Yuv420, siting: Siting::Left, alpha: false };
+        let layout = Layout::of_video(size);
         let data = (0..layout.bytes()).map(|i| (i * 37 % 251) as u8).collect();
         Planes { form: Form { layout, coding: CODING }, data }
     }

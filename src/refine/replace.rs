@@ -193,6 +193,7 @@ pub(super) fn replace(
     leaving.sort_unstable_by(|&a, &b| total(a).total_cmp(&total(b)).then(a.cmp(&b)));
     let Some(&cheapest) = leaving.first() else { return Vec::new() };
     let price = total(cheapest);
+    // A triangle whose error is below the price cannot pay for a vertex.
     let is_open =
         |&t: &u32| turn.has(t) && errors.of(t) > price && rest.allows_triangle(surface, t);
     worst(surface, errors, is_open, most * planned, &mut worth.worst);
@@ -247,8 +248,7 @@ pub(super) fn replace(
     replaced
 }
 
-/// The `most` triangles of the largest error among those that are open, the worst first. A triangle whose
-/// error is below the price of a vertex cannot pay for one.
+/// Fills `worst` with the `most` triangles of the largest error among those that are open, the worst first.
 fn worst(
     surface: &Surface,
     errors: &Errors,

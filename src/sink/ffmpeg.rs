@@ -8,7 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ChildStdin;
 
-use crate::colour::{Coding, Form, Layout, Sampling, Siting};
+use crate::colour::{Coding, Form, Layout};
 use crate::error::{Error, Result};
 use crate::frame::{Colorimetry, Memory, Rational, Rgba, check_size};
 use crate::geom::Size;
@@ -133,8 +133,7 @@ impl VideoSink {
             child.stdin().ok_or_else(|| fail("ffmpeg came without standard input".into()))?;
         // A failure to write is told at the first frame, with what ffmpeg says of it.
         let writer = NutWriter::new(stdin, size, *b"I420", time_base, spec.rate).ok();
-        let layout =
-            Layout { size, sampling: Sampling::Yuv420, siting: Siting::Left, alpha: false };
+        let layout = Layout::of_video(size);
         Ok(Self {
             container,
             ffmpeg: options.ffmpeg.clone(),

@@ -1,7 +1,7 @@
 //! Nowhere: for measuring everything but the writing.
 
 use super::{Picture, Sink};
-use crate::colour::{Coding, Form, Layout, Sampling, Siting};
+use crate::colour::{Coding, Form, Layout};
 use crate::error::Result;
 use crate::frame::{Memory, StreamInfo};
 
@@ -15,8 +15,7 @@ pub(crate) struct Null {
 impl Null {
     /// For pictures made from the stream `info`.
     pub(crate) fn of(info: &StreamInfo) -> Self {
-        let (sampling, siting) = (Sampling::Yuv420, Siting::Left);
-        let layout = Layout { size: info.size, sampling, siting, alpha: false };
+        let layout = Layout::of_video(info.size);
         let coding = info.colour.as_ref().map(|tags| Coding::of(tags, info.size));
         let form = coding.map(|coding| Form { layout, coding });
         Self { form: form.filter(|form| form.layout.is_squared()), spent: Memory::default() }

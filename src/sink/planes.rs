@@ -28,16 +28,11 @@ pub(super) fn fill_planes(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::colour::{Coding, Layout, Matrix, Planes, Range, Sampling, Siting};
+    use crate::colour::{Coding, Layout, Matrix, Planes, Range};
     use crate::geom::Size;
 
     const FORM: Form = Form {
-        layout: Layout {
-            size: Size::new(4, 2),
-            sampling: Sampling::Yuv420,
-            siting: Siting::Left,
-            alpha: false,
-        },
+        layout: Layout::of_video(Size::new(4, 2)),
         coding: Coding { matrix: Matrix::Bt709, range: Range::Full },
     };
 
