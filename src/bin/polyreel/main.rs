@@ -7,6 +7,8 @@ mod budget;
 mod cli;
 mod convergence;
 mod evaluate;
+#[cfg(target_os = "linux")]
+mod huge_pages;
 mod info;
 mod inspect;
 mod interrupt;
@@ -30,6 +32,10 @@ use clap::Parser;
 use polyreel::error::{Error, Result};
 
 use cli::{Cli, Command};
+
+#[cfg(target_os = "linux")]
+#[global_allocator]
+static MEMORY: huge_pages::HugePages = huge_pages::HugePages;
 
 /// How a command ended that did not fail.
 enum Outcome {
