@@ -11,7 +11,7 @@ mod to_rgba;
 pub(crate) use from_rgba::ToYuv;
 pub use from_rgba::from_rgba;
 pub use to_rgba::to_rgba;
-pub(crate) use to_rgba::{FromYuv, rows_to_rgba};
+pub(crate) use to_rgba::{FromYuv, RowsToRgba};
 
 use crate::geom::Size;
 

@@ -68,39 +68,50 @@ impl FromYuv {
 /// When `data` is not [`Layout::bytes`] long.
 pub fn to_rgba(layout: &Layout, coding: Coding, data: &[u8], out: &mut Vec<Rgba>) {
     out.resize(layout.size.pixels(), [0; 4]);
-    rows_to_rgba(layout, coding, data, 0, out);
+    RowsToRgba::new(layout, coding, data).make(0, out);
 }
 
-/// The same of those rows, from row `first` on, that fill `out`.
-pub(crate) fn rows_to_rgba(
-    layout: &Layout,
-    coding: Coding,
-    data: &[u8],
-    first: usize,
-    out: &mut [Rgba],
-) {
-    assert_eq!(data.len(), layout.bytes(), "the planes fit the layout");
-    let width = layout.size.width as usize;
-    let [luma, u, v, alpha] = layout.split(data);
-    let factors = FromYuv::new(coding);
-    let [mut us, mut vs] = [vec![0u16; width], vec![0u16; width]];
-    let mut blend = vec![0u16; layout.chroma().0];
-    for (row, out) in (first..).zip(out.chunks_mut(width)) {
-        widest(
-            #[inline(always)]
-            || {
-                if layout.sampling == Sampling::Gray {
-                    us.fill(128 << CHROMA_BITS);
-                    vs.fill(128 << CHROMA_BITS);
-                } else {
-                    upsample(layout, u, row, &mut blend, &mut us);
-                    upsample(layout, v, row, &mut blend, &mut vs);
-                }
-                let luma = &luma[row * width..][..width];
-                let alpha = layout.alpha.then(|| &alpha[row * width..][..width]);
-                join(&factors, luma, (&us, &vs), alpha, out);
-            },
-        );
+/// Makes pixels of planes, some rows at a time.
+#[derive(Debug)]
+pub(crate) struct RowsToRgba<'a> {
+    layout: &'a Layout,
+    data: &'a [u8],
+    factors: FromYuv,
+    /// Memory for the chroma of a row.
+    us: Vec<u16>,
+    vs: Vec<u16>,
+    blend: Vec<u16>,
+}
+
+impl<'a> RowsToRgba<'a> {
+    /// Of the planes in `data`.
+    ///
+    /// # Panics
+    /// When `data` is not [`Layout::bytes`] long.
+    pub(crate) fn new(layout: &'a Layout, coding: Coding, data: &'a [u8]) -> Self {
+        assert_eq!(data.len(), layout.bytes(), "the planes fit the layout");
+        let row = || vec![128 << CHROMA_BITS; layout.size.width as usize];
+        let (factors, blend) = (FromYuv::new(coding), vec![0; layout.chroma().0]);
+        Self { layout, data, factors, us: row(), vs: row(), blend }
+    }
+
+    /// Fills `out` with the rows from row `first` on.
+    pub(crate) fn make(&mut self, first: usize, out: &mut [Rgba]) {
+        let Self { layout, data, factors, us, vs, blend } = self;
+        let width = layout.size.width as usize;
+        let [luma, u, v, alpha] = layout.split(data);
+        for (row, out) in (first..).zip(out.chunks_mut(width)) {
+            widest(
+                #[inline(always)]
+                || {
+                    upsample(layout, u, row, blend, us);
+                    upsample(layout, v, row, blend, vs);
+                    let luma = &luma[row * width..][..width];
+                    let alpha = layout.alpha.then(|| &alpha[row * width..][..width]);
+                    join(factors, luma, (us, vs), alpha, out);
+                },
+            );
+        }
     }
 }
 
@@ -125,7 +136,7 @@ fn join(
     }
 }
 
-/// The chroma of luma row `row`, a sample for each column, in sixteenths.
+/// The chroma of luma row `row`, a sample for each column, in sixteenths. Where there is none `out` stays.
 #[inline(always)]
 fn upsample(layout: &Layout, plane: &[u8], row: usize, blend: &mut [u16], out: &mut [u16]) {
     let (width, height) = layout.chroma();

@@ -7,8 +7,11 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use rayon::prelude::*;
 
 use super::{Frame, Rgba, check_size};
-use crate::colour::{Form, FromYuv, Planes, rows_to_rgba, to_rgba};
+use crate::colour::{Form, FromYuv, Planes, RowsToRgba, to_rgba};
 use crate::error::{Error, Result};
+
+/// Rows that are one piece of work.
+const PACK: usize = 64;
 
 /// Memory of frames that are no longer needed, to be filled again.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -97,29 +100,41 @@ impl Frame {
         Ok(Self { size: layout.size, opaque: true, planes: Some(planes), pixels })
     }
 
-    /// Makes the pixels, where they are not there yet, by all threads, `rows` rows at a time. With each it
-    /// calls `visit` while they are in the cache, and adds up what that returns; `with` has something for
-    /// each. `None` where the pixels are there already.
-    pub(crate) fn develop<T: Send, S: Sum<S> + Send>(
+    /// Whether the pixels are there, and need not be made first.
+    pub(crate) fn has_pixels(&self) -> bool {
+        self.planes.is_none() || self.pixels.made.get().is_some()
+    }
+
+    /// Calls `visit` with the pixels of `rows`, `together` rows at a time, by all threads, and adds up what
+    /// that returns; `with` has something for each. Where the pixels are not there they are made for it,
+    /// and let go.
+    pub(crate) fn pass_over<T: Send, S: Sum<S> + Send>(
         &self,
-        rows: usize,
+        rows: Range<usize>,
+        together: usize,
         with: impl IndexedParallelIterator<Item = T>,
         visit: impl Fn(&[Rgba], T) -> S + Sync,
-    ) -> Option<S> {
-        let Planes { form, data } =
-            self.planes.as_ref().filter(|_| self.pixels.made.get().is_none())?;
-        let mut pixels = self.pixels.take_room();
-        pixels.resize(self.size.pixels(), [0; 4]);
-        debug_assert_eq!(with.len(), (self.size.height as usize).div_ceil(rows), "one for each");
-        let parts = pixels.par_chunks_mut(rows * self.size.width as usize).zip(with).enumerate();
-        let sum = parts.map(|(part, (out, with))| {
-            rows_to_rgba(&form.layout, form.coding, data, part * rows, out);
-            visit(out, with)
-        });
-        let sum = sum.sum();
-        // Somebody else may have made them meanwhile: the same ones.
-        let _ = self.pixels.made.set(pixels);
-        Some(sum)
+    ) -> S {
+        debug_assert_eq!(with.len(), rows.len().div_ceil(together), "one for each");
+        let width = self.size.width as usize;
+        let with = with.with_min_len(PACK.div_ceil(together));
+        match self.planes.as_ref().filter(|_| !self.has_pixels()) {
+            Some(Planes { form, data }) => {
+                let maker = || (RowsToRgba::new(&form.layout, form.coding, data), Vec::new());
+                let parts = with.enumerate().map_init(maker, |(maker, pixels), (part, with)| {
+                    let first = rows.start + part * together;
+                    pixels.resize(together.min(rows.end - first) * width, [0; 4]);
+                    maker.make(first, pixels);
+                    visit(pixels, with)
+                });
+                parts.sum()
+            }
+            None => {
+                let pixels = &self.pixels()[rows.start * width..rows.end * width];
+                let parts = pixels.par_chunks(together * width).zip(with);
+                parts.map(|(pixels, with)| visit(pixels, with)).sum()
+            }
+        }
     }
 
     /// The planes, of a frame that came as such.
@@ -134,14 +149,14 @@ impl Frame {
         rows: impl IntoIterator<Item = Range<u32>>,
         room: &mut Vec<Rgba>,
     ) -> Option<Self> {
-        let planes = self.planes.as_ref().filter(|_| self.pixels.made.get().is_none())?;
+        let Planes { form, data } = self.planes.as_ref().filter(|_| !self.has_pixels())?;
+        let mut maker = RowsToRgba::new(&form.layout, form.coding, data);
         let mut pixels = std::mem::take(room);
         let width = self.size.width as usize;
         pixels.resize(self.size.pixels(), [0; 4]);
         for rows in rows {
             let first = rows.start as usize;
-            let out = &mut pixels[first * width..rows.end as usize * width];
-            rows_to_rgba(&planes.form.layout, planes.form.coding, &planes.data, first, out);
+            maker.make(first, &mut pixels[first * width..rows.end as usize * width]);
         }
         Some(Self { size: self.size, opaque: true, planes: None, pixels: pixels.into() })
     }
@@ -198,21 +213,24 @@ mod tests {
     }
 
     #[test]
-    fn pixels_are_developed_once_and_seen_on_the_way() {
+    fn rows_are_passed_over_and_not_kept() {
         let planes = planes(20, 150);
-        let frame = Frame::planar(planes.clone(), vec![[1; 4]]).expect("even sides");
-        let mut seen = vec![Vec::new(); 10];
-        let develop = |seen: &mut Vec<Vec<Rgba>>| {
-            frame.develop(16, seen.par_iter_mut(), |rows, seen| {
-                seen.extend_from_slice(rows);
-                rows.len()
-            })
-        };
-        assert_eq!(develop(&mut seen), Some(20 * 150));
-        let whole = Frame::planar(planes, Vec::new()).expect("even sides");
-        assert_eq!(seen.concat(), whole.pixels());
-        assert_eq!(frame.pixels(), whole.pixels());
-        assert_eq!(develop(&mut seen), None, "they are there by now");
+        let whole = Frame::planar(planes.clone(), Vec::new()).expect("even sides");
+        assert_eq!(whole.pixels().len(), 20 * 150);
+        let frame = Frame::planar(planes, Vec::new()).expect("even sides");
+        for (frame, is_there) in [(&frame, false), (&whole, true)] {
+            for rows in [0..150, 16..150, 32..50, 0..16] {
+                let mut seen = vec![Vec::new(); rows.len().div_ceil(16)];
+                let count =
+                    frame.pass_over(rows.clone(), 16, seen.par_iter_mut(), |pixels, seen| {
+                        seen.extend_from_slice(pixels);
+                        pixels.len()
+                    });
+                assert_eq!(count, rows.len() * 20);
+                assert_eq!(seen.concat(), whole.pixels()[rows.start * 20..rows.end * 20]);
+            }
+            assert_eq!(frame.has_pixels(), is_there);
+        }
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::scan::{self, first_centre};
 const ALONG: i32 = 16;
 
 /// The mean squared error of triangles of a plain grid, when `triangles` of them share `frame`. From 256
-/// samples. Where the frame is not opaque, `rows` has all of its sums.
+/// samples. Where the frame is not opaque, or has no pixels, `rows` has all of its sums.
 pub(super) fn cell_error(rows: &RowSums, frame: &Frame, triangles: usize) -> f64 {
     let (far, leg) = (frame.size().far(), leg(frame.size(), triangles));
     let mut error = 0.0;
@@ -20,10 +20,11 @@ pub(super) fn cell_error(rows: &RowSums, frame: &Frame, triangles: usize) -> f64
         for i in 0..ALONG {
             let a = Point::new(place(i, far.x - leg), place(j, far.y - leg));
             let triangle = [a, Point::new(a.x + leg, a.y), Point::new(a.x, a.y + leg)];
-            let total = match frame.is_opaque() {
-                // From the pixels: not all rows may have been summed.
-                true => opaque_total(frame, triangle),
-                false => rows.wide(triangle),
+            // From the pixels, where they are there: not all rows may have been summed then.
+            let total = if frame.is_opaque() && frame.has_pixels() {
+                opaque_total(frame, triangle)
+            } else {
+                rows.wide(triangle)
             };
             error += rows.squares_of(frame, triangle) - total.explained();
         }

@@ -7,9 +7,9 @@ use super::colouring::Colouring;
 use super::cost::Cost;
 use super::errors::Errors;
 use super::force::gradient;
+use super::mean::Mean;
 use super::rest::Rest;
 use super::ring::Ring;
-use super::rows::RowSums;
 use super::share::Share;
 use super::sums::Sums;
 use super::surface::{NONE, Surface, previous};
@@ -68,21 +68,21 @@ struct Visit {
     idle: bool,
 }
 
-/// The visits of one piece of work, with the spokes and costs of the vertices that move.
+/// The visits of one piece of work, with the spokes and triangles of the vertices that move.
 #[derive(Debug, Default)]
 struct Visits {
     /// Memory to look around in.
     ring: Ring,
     visits: Vec<Visit>,
     spokes: Vec<Sums>,
-    costs: Vec<Cost>,
+    triangles: Vec<(Cost, Mean)>,
 }
 
 impl Visits {
     fn clear(&mut self) {
         self.visits.clear();
         self.spokes.clear();
-        self.costs.clear();
+        self.triangles.clear();
     }
 }
 
@@ -174,7 +174,7 @@ fn descend(
         }
     });
     let mut fan = Vec::new();
-    found.iter().map(|visits| apply(field.rows, surface, rest, reach, visits, &mut fan)).sum()
+    found.iter().map(|visits| apply(surface, rest, reach, visits, &mut fan)).sum()
 }
 
 fn visit(surface: &Surface, v: u32, reach: i32, field: Field, out: &mut Visits) {
@@ -205,7 +205,7 @@ fn visit(surface: &Surface, v: u32, reach: i32, field: Field, out: &mut Visits) 
     if let Some(to) = to {
         let ring = &out.ring;
         out.spokes.extend_from_slice(ring.distinct_spokes());
-        out.costs.extend((0..ring.len()).map(|i| ring.triangle_cost(field.rows, i, to)));
+        out.triangles.extend((0..ring.len()).map(|i| ring.triangle(field.rows, i, to)));
     }
     out.visits.push(Visit { vertex: v, to, reach, sleeps: reach == 0, idle: false });
 }
@@ -277,14 +277,13 @@ impl Line<'_, '_> {
 }
 
 fn apply(
-    rows: &RowSums,
     surface: &mut Surface,
     rest: &mut Rest,
     reach: &mut [i32],
     found: &Visits,
     fan: &mut Vec<u32>,
 ) -> usize {
-    let (mut spokes, mut costs) = (&found.spokes[..], &found.costs[..]);
+    let (mut spokes, mut triangles) = (&found.spokes[..], &found.triangles[..]);
     let mut moved = 0;
     for visit in &found.visits {
         let v = visit.vertex as usize;
@@ -311,10 +310,10 @@ fn apply(
             surface.set_sums(last, -spoke);
             spokes = rest;
         }
-        for (&h, &cost) in fan.iter().zip(costs) {
-            surface.changed(rows, h / 3, cost);
+        for (&h, &(cost, mean)) in fan.iter().zip(triangles) {
+            surface.take_up(h / 3, cost, mean);
         }
-        costs = &costs[fan.len()..];
+        triangles = &triangles[fan.len()..];
     }
     moved
 }

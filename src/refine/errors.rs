@@ -88,9 +88,8 @@ impl Errors {
             for (t, known) in ((pack * PACK) as u32..).zip(known) {
                 let is_wanted = turn.has(t) && rest.allows_triangle(surface, t);
                 if is_wanted && is_due(t, known) {
-                    let squares = field.rows.squares_of(field.frame, surface.corners(t));
                     *known = Known {
-                        error: squares + surface.cost[t as usize].error,
+                        error: error_of(surface, t, field),
                         asked: surface.clock,
                         colour: surface.mean[t as usize].colour,
                     };
@@ -113,6 +112,14 @@ impl Errors {
             corners.iter().for_each(|&v| sums[v as usize] += known.error);
         }
     }
+}
+
+/// That of triangle `t`: nearly on a [running](super::RefineOptions::running) video, from one pixel in four,
+/// for what it is for, telling large errors from small ones.
+fn error_of(surface: &Surface, t: u32, Field { rows, frame, running, .. }: Field) -> f64 {
+    let corners = surface.corners(t);
+    let about = if running { rows.error_about(corners, &surface.mean[t as usize]) } else { None };
+    about.unwrap_or_else(|| rows.squares_of(frame, corners) + surface.cost[t as usize].error)
 }
 
 #[cfg(test)]

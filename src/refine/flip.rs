@@ -20,7 +20,7 @@ pub(super) fn flip(
     rest: &Rest,
     since: u32,
     field: Field,
-    found: &mut Vec<Vec<u32>>,
+    found: &mut Vec<Vec<Diagonal>>,
 ) -> usize {
     surface.clock += 1;
     let here = &*surface;
@@ -35,14 +35,16 @@ pub(super) fn flip(
         let end = ((pack + 1) * PACK).min(here.origin.len());
         let edges = pack as u32 * PACK as u32..end as u32;
         found.clear();
-        found.extend(edges.filter(|&h| {
-            is_fresh(here, h, since) && is_allowed(here, h) && turned(here, h, field).is_some()
-        }));
+        let edges = edges.filter(|&h| is_fresh(here, h, since) && is_allowed(here, h));
+        found.extend(edges.filter_map(|h| turned(here, h, field)));
     });
     let mut flips = 0;
-    for &h in found.iter().flatten() {
-        // A neighbour may have turned since: ask again.
-        if let Some((sums, front, back)) = turned(surface, h, field) {
+    for &diagonal in found.iter().flatten() {
+        let h = diagonal.edge;
+        // Where a neighbour has turned since: ask again.
+        let again = newest(surface, h) == surface.clock;
+        let turned = if again { turned(surface, h, field) } else { Some(diagonal) };
+        if let Some(Diagonal { sums, front, back, .. }) = turned {
             turn(surface, h, sums);
             let g = surface.twin[next(h) as usize];
             surface.changed(field.rows, h / 3, front);
@@ -53,15 +55,32 @@ pub(super) fn flip(
     flips
 }
 
+/// The other diagonal of the two triangles of an edge, which pays.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Diagonal {
+    /// The edge.
+    edge: u32,
+    /// From the far corner of its twin's triangle to that of its own.
+    sums: Sums,
+    /// The costs of the triangles that it makes on the sides of the edge's origin and end.
+    front: Cost,
+    back: Cost,
+}
+
+/// When the younger of the two triangles of inner edge `h` changed.
+fn newest(surface: &Surface, h: u32) -> u32 {
+    let twin = surface.twin[h as usize];
+    surface.stamp[h as usize / 3].max(surface.stamp[twin as usize / 3])
+}
+
 fn is_fresh(surface: &Surface, h: u32, since: u32) -> bool {
     let twin = surface.twin[h as usize];
     // NONE is the highest number: border edges fall out here.
-    twin < h && surface.stamp[h as usize / 3].max(surface.stamp[twin as usize / 3]) >= since
+    twin < h && newest(surface, h) >= since
 }
 
-/// The sums of the other diagonal, from the far corner of the twin's triangle to that of `h`'s, and
-/// the costs of the triangles that it would make on the sides of `h`'s origin and end, if it pays.
-fn turned(surface: &Surface, h: u32, field: Field) -> Option<(Sums, Cost, Cost)> {
+/// The diagonal that edge `h` would turn to, if it pays.
+fn turned(surface: &Surface, h: u32, field: Field) -> Option<Diagonal> {
     let g = surface.twin[h as usize];
     if g == NONE {
         return None;
@@ -77,7 +96,7 @@ fn turned(surface: &Surface, h: u32, field: Field) -> Option<(Sums, Cost, Cost)>
     let front = Cost::of(field.rows, &(side(next(g)) + sums + side(previous(h))), [a, d, c]);
     let back = Cost::of(field.rows, &(side(next(h)) - sums + side(previous(g))), [b, c, d]);
     let gain = before.gain(front + back, field.weight);
-    (gain > field.least_gain).then_some((sums, front, back))
+    (gain > field.least_gain).then_some(Diagonal { edge: h, sums, front, back })
 }
 
 /// Turns edge `h` from a-b to d-c, c and d the far corners: `h`'s triangle becomes a, d, c and its

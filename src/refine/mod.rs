@@ -36,6 +36,7 @@ mod surface;
 mod tend;
 #[cfg(test)]
 mod tests;
+mod thin;
 
 use crate::echo::{Call, Echo};
 use crate::frame::{Fill, Frame, Memory};
@@ -326,11 +327,9 @@ impl Refiner {
         *scattered += refined.replaced.len();
         // Both are sums of rounded numbers: a mesh that stayed as it was has not got worse.
         refined.error_after = surface.error(rows).min(refined.error_before);
-        stepper.rest.settle(surface, begin);
         surface.store(mesh);
-        if frame.is_opaque() {
-            refined.fills = surface.stored_fills(rows);
-        }
+        let fills = || if frame.is_opaque() { surface.stored_fills(rows) } else { Vec::new() };
+        (refined.fills, ()) = rayon::join(fills, || stepper.rest.settle(surface, begin));
         refined
     }
 }

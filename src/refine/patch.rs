@@ -14,12 +14,31 @@ use crate::mesh::Place;
 /// to close a hole grows with the cube of its corners.
 pub(super) const MOST_CORNERS: usize = 9;
 
-/// The cheapest way to close the hole that a vertex leaves: a triangulation of its polygon, found by
-/// dynamic programming over sub-polygons (Klincsek 1980).
+/// A way to close the hole that a vertex leaves: the triangles of its polygon.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Plan(SmallVec<[Piece; MOST_CORNERS - 2]>);
+
+impl Plan {
+    /// Whether this is one: no hole is closed by no triangle.
+    pub(super) fn is_known(&self) -> bool {
+        !self.0.is_empty()
+    }
+}
+
+/// A triangle of a [`Plan`], of three corners of the polygon, ascending.
+#[derive(Clone, Copy, Debug, Default)]
+struct Piece {
+    corners: [u8; 3],
+    /// Sums from its first corner to its last.
+    chord: Sums,
+    cost: Cost,
+}
+
+/// Looks for the cheapest [`Plan`], by dynamic programming over sub-polygons (Klincsek 1980).
 #[derive(Debug, Default)]
 pub(super) struct Closing {
     corners: usize,
-    /// What the triangulation costs.
+    /// What the plan costs.
     pub(super) cost: Cost,
     /// The corner that closes the triangle over chord `i`-`j`.
     apex: [[u8; MOST_CORNERS]; MOST_CORNERS],
@@ -75,6 +94,22 @@ impl Closing {
         }
     }
 
+    /// What was found for `ring`, in the order in which it is to be made: a triangle before those on its
+    /// inner sides.
+    pub(super) fn found(&self, ring: &Ring, rows: &RowSums) -> Plan {
+        let mut pieces = SmallVec::new();
+        let mut open = SmallVec::<[_; MOST_CORNERS]>::new();
+        open.push([0, self.corners - 1]);
+        while let Some([i, j]) = open.pop() {
+            let m = usize::from(self.apex[i][j]);
+            let corners = [i as u8, m as u8, j as u8];
+            let cost = self.triangle_cost(rows, &ring.ends, [i, m, j]);
+            pieces.push(Piece { corners, chord: self.chord[i][j], cost });
+            open.extend([[i, m], [m, j]].into_iter().filter(|[from, to]| to - from > 1));
+        }
+        Plan(pieces)
+    }
+
     fn triangle_cost(&self, rows: &RowSums, ends: &[Point], [i, m, j]: [usize; 3]) -> Cost {
         let sums = self.chord[i][m] + self.chord[m][j] - self.chord[i][j];
         Cost::of(rows, &sums, [ends[i], ends[m], ends[j]])
@@ -105,35 +140,35 @@ pub(super) fn take_out(
     surface: &mut Surface,
     rows: &RowSums,
     ring: &Ring,
-    closing: &Closing,
+    plan: &Plan,
 ) -> [u32; 2] {
     let links = links(surface, ring);
-    let corners = closing.corners;
     let mut slots = ring.links.iter().map(|&h| h / 3);
     let left = [slots.next().unwrap_or(NONE), slots.next().unwrap_or(NONE)];
-    // Chords whose inner triangle is still to be made, with the half-edge on their outer side.
+    // The half-edges on the outer side of the triangles that are still to be made.
     let mut open = SmallVec::<[_; MOST_CORNERS]>::new();
-    open.push((0, corners - 1, NONE));
+    open.push(NONE);
     let mut made = SmallVec::<[_; MOST_CORNERS]>::new();
-    while let (Some((i, j, outer)), Some(t)) = (open.pop(), slots.next()) {
-        let m = usize::from(closing.apex[i][j]);
+    for (piece, t) in plan.0.iter().zip(slots) {
+        let Some(outer) = open.pop() else { break };
+        let [i, m, j] = piece.corners.map(usize::from);
         let h = 3 * t;
         for (side, (from, to)) in (0..).zip([(i, m), (m, j)]) {
             if to == from + 1 {
                 attach(surface, h + side, links[from]);
             } else {
                 surface.origin[(h + side) as usize] = links[from].vertex;
-                open.push((from, to, h + side));
+                open.push(h + side);
             }
         }
         if outer == NONE {
             attach(surface, h + 2, links[j]);
         } else {
-            let sums = -closing.chord[i][j];
+            let sums = -piece.chord;
             attach(surface, h + 2, Link { vertex: links[j].vertex, twin: outer, sums });
             surface.sums[outer as usize] = -sums;
         }
-        made.push((t, closing.triangle_cost(rows, &ring.ends, [i, m, j])));
+        made.push((t, piece.cost));
     }
     // Only now do all of them have their sums.
     for (t, cost) in made {
@@ -171,7 +206,8 @@ pub(super) fn put_in(
     }
     surface.out[v as usize] = 3 * slots[0];
     for (i, &t) in slots.iter().enumerate() {
-        surface.changed(rows, t, ring.triangle_cost(rows, i, p));
+        let (cost, mean) = ring.triangle(rows, i, p);
+        surface.take_up(t, cost, mean);
     }
 }
 

@@ -6,7 +6,7 @@ use super::Field;
 use super::cost::Cost;
 use super::errors::Errors;
 use super::force::gradient;
-use super::patch::{Closing, put_in, take_out};
+use super::patch::{Closing, Plan, put_in, take_out};
 use super::rest::Rest;
 use super::ring::Ring;
 use super::share::Turn;
@@ -26,9 +26,9 @@ pub(super) struct Worth {
     /// When that was found, in ticks of the surface's clock.
     asked: Vec<u32>,
     /// Vertices that may be taken out in this pass.
-    candidates: Vec<u32>,
+    candidates: Vec<Candidate>,
     /// Memory for the triangles of the largest errors, and for those that a pass has touched.
-    worst: Vec<u32>,
+    worst: Vec<(f64, u32)>,
     taken: Vec<bool>,
     /// Passes over this mesh so far.
     passes: u32,
@@ -46,6 +46,16 @@ const PLANNED: usize = 2;
 /// Passes until every vertex has had its turn, when each may re-place `most`.
 pub(super) fn turns(vertices: usize, most: usize) -> u32 {
     if most == 0 { 1 } else { (vertices / (most * LOOKED_AT)).max(1) as u32 }
+}
+
+/// A vertex that may be taken out.
+#[derive(Clone, Debug)]
+struct Candidate {
+    vertex: u32,
+    /// What that costs; `None` where it is known already.
+    loss: Option<Cost>,
+    /// How, where it was found just now.
+    plan: Plan,
 }
 
 /// A place for a vertex and what it gains there.
@@ -96,6 +106,7 @@ impl Worth {
     /// least needed; on a running video, where all are looked at in every pass, of a quarter of them. That is
     /// enough to choose from, and even has a little less error than to take the same ones again and again.
     fn update(&mut self, surface: &Surface, rest: &Rest, turn: Turn, most: usize, field: Field) {
+        let mut candidates = std::mem::take(&mut self.candidates);
         let mut least: Vec<(f32, u32)> = (0..surface.at.len() as u32)
             .into_par_iter()
             .with_min_len(PACK)
@@ -108,43 +119,43 @@ impl Worth {
             least.select_nth_unstable_by(most, order);
             least.truncate(most);
         }
-        let planned: Vec<(u32, Option<Cost>)> = least
+        let planned = least
             .par_iter()
             .with_min_len(PACK)
             .map_init(<(Ring, Closing)>::default, |(ring, closing), &(_, v)| {
-                (v, self.loss_of(surface, v, ring, closing, field))
-            })
-            .collect();
-        self.candidates.clear();
-        for (v, loss) in planned {
+                self.candidate(surface, v, ring, closing, field)
+            });
+        planned.collect_into_vec(&mut candidates);
+        for Candidate { vertex, loss, .. } in &candidates {
             if let Some(loss) = loss {
-                self.loss[v as usize] = loss;
-                self.asked[v as usize] = surface.clock;
-            }
-            if self.loss[v as usize].shape.is_finite() {
-                self.candidates.push(v);
+                self.loss[*vertex as usize] = *loss;
+                self.asked[*vertex as usize] = surface.clock;
             }
         }
+        candidates.retain(|c| self.loss[c.vertex as usize].shape.is_finite());
+        self.candidates = candidates;
     }
 
-    /// What it costs to take out `v`; `None` where that is known already.
-    fn loss_of(
+    /// Looks how to take out `v`, if that is not known already.
+    fn candidate(
         &self,
         surface: &Surface,
         v: u32,
         ring: &mut Ring,
         closing: &mut Closing,
         field: Field,
-    ) -> Option<Cost> {
+    ) -> Candidate {
         ring.surround(surface, v);
         let newest = ring.links.iter().map(|&h| surface.stamp[h as usize / 3]).max();
         if newest < Some(self.asked[v as usize]) {
-            return None;
+            return Candidate { vertex: v, loss: None, plan: Plan::default() };
         }
         ring.sum_up(surface);
-        let closes = closing.plan(ring, field.rows, field.weight);
-        let before = fan_cost(surface, ring);
-        Some(if closes { closing.cost + before.scaled(-1.0) } else { Cost::INFINITE })
+        if !closing.plan(ring, field.rows, field.weight) {
+            return Candidate { vertex: v, loss: Some(Cost::INFINITE), plan: Plan::default() };
+        }
+        let loss = closing.cost + fan_cost(surface, ring).scaled(-1.0);
+        Candidate { vertex: v, loss: Some(loss), plan: closing.found(ring, field.rows) }
     }
 }
 
@@ -189,10 +200,11 @@ pub(super) fn replace(
     // Taking out costs, and putting in gains, whichever is worse of error and error with shape: so a
     // pair that pays pays in both.
     let total = |v: u32| worth.loss[v as usize].total(weight).max(worth.loss[v as usize].error);
-    let mut leaving = std::mem::take(&mut worth.candidates);
-    leaving.sort_unstable_by(|&a, &b| total(a).total_cmp(&total(b)).then(a.cmp(&b)));
-    let Some(&cheapest) = leaving.first() else { return Vec::new() };
-    let price = total(cheapest);
+    let mut leaving: Vec<(f64, u32)> =
+        worth.candidates.iter().zip(0..).map(|(c, i)| (total(c.vertex), i)).collect();
+    let vertex = |i: u32| worth.candidates[i as usize].vertex;
+    leaving.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(vertex(a.1).cmp(&vertex(b.1))));
+    let Some(&(price, _)) = leaving.first() else { return Vec::new() };
     // A triangle whose error is below the price cannot pay for a vertex.
     let is_open =
         |&t: &u32| turn.has(t) && errors.of(t) > price && rest.allows_triangle(surface, t);
@@ -221,46 +233,52 @@ pub(super) fn replace(
             continue;
         }
         // The cheapest vertex whose surroundings nothing has touched in this pass.
-        let next = leaving.find(|&v| {
-            around.surround(surface, v);
-            around.sum_up(surface);
+        let next = leaving.find(|&(_, i)| {
+            around.surround(surface, vertex(i));
             let free =
                 |&h: &u32| !taken[h as usize / 3] && ring.links.iter().all(|&g| g / 3 != h / 3);
             around.links.iter().all(free)
         });
-        let Some(v) = next else { break };
-        if opening.worth(weight) - total(v) <= field.least_gain {
+        let Some((loss, i)) = next else { break };
+        if opening.worth(weight) - loss <= field.least_gain {
             break;
         }
-        if !closing.plan(&around, field.rows, weight) {
-            continue;
-        }
+        let Candidate { vertex: v, plan, .. } = &worth.candidates[i as usize];
+        let plan = if plan.is_known() {
+            plan
+        } else {
+            around.sum_up(surface);
+            closing.plan(&around, field.rows, weight);
+            &closing.found(&around, field.rows)
+        };
         for &h in around.links.iter().chain(&ring.links) {
             taken[h as usize / 3] = true;
         }
         let placed = ring.try_at(field.rows, opening.place);
         debug_assert!(placed.is_some());
-        let spare = take_out(surface, field.rows, &around, &closing);
-        put_in(surface, field.rows, &ring, v, opening.place, spare);
-        replaced.push(v);
+        let spare = take_out(surface, field.rows, &around, plan);
+        put_in(surface, field.rows, &ring, *v, opening.place, spare);
+        replaced.push(*v);
     }
     worth.taken = taken;
     replaced
 }
 
-/// Fills `worst` with the `most` triangles of the largest error among those that are open, the worst first.
+/// Fills `worst` with the errors and numbers of the `most` triangles of the largest error among those that
+/// are open, the worst first.
 fn worst(
     surface: &Surface,
     errors: &Errors,
     is_open: impl Fn(&u32) -> bool,
     most: usize,
-    worst: &mut Vec<u32>,
+    worst: &mut Vec<(f64, u32)>,
 ) {
     worst.clear();
     // Nearly all are open: grown step by step it would take three times the memory.
     worst.reserve(surface.triangles());
-    worst.extend((0..surface.triangles() as u32).filter(is_open));
-    let order = |a: &u32, b: &u32| errors.of(*b).total_cmp(&errors.of(*a)).then(a.cmp(b));
+    let open = (0..surface.triangles() as u32).filter(is_open);
+    worst.extend(open.map(|t| (errors.of(t), t)));
+    let order = |a: &(f64, u32), b: &(f64, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
     if worst.len() > most {
         worst.select_nth_unstable_by(most, order);
         worst.truncate(most);
@@ -269,11 +287,11 @@ fn worst(
 }
 
 /// The best openings in the triangles `worst`, the best first.
-fn openings(surface: &Surface, rest: &Rest, worst: &[u32], field: Field) -> Vec<Opening> {
+fn openings(surface: &Surface, rest: &Rest, worst: &[(f64, u32)], field: Field) -> Vec<Opening> {
     let found: Vec<Option<Opening>> = worst
         .par_iter()
         .with_min_len(PACK / 4)
-        .map_init(Ring::default, |ring, &t| best_opening(surface, rest, t, field, ring))
+        .map_init(Ring::default, |ring, &(_, t)| best_opening(surface, rest, t, field, ring))
         .collect();
     let mut openings: Vec<Opening> = found.into_iter().flatten().collect();
     let gain = |o: &Opening| o.worth(field.weight);

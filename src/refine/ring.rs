@@ -1,6 +1,7 @@
 //! What surrounds a vertex: the polygon in which it may move, and the cost of each place there.
 
 use super::cost::Cost;
+use super::mean::Mean;
 use super::rows::RowSums;
 use super::sums::{Sums, Total};
 use super::surface::{NONE, Surface, next, previous};
@@ -113,9 +114,13 @@ impl Ring {
         rows.total(&self.triangle_sums(i), orient(p, a, b), [p, a, b])
     }
 
-    /// The cost of triangle `i` with the spokes as they are and the centre at `p`.
-    pub(super) fn triangle_cost(&self, rows: &RowSums, i: usize, p: Point) -> Cost {
-        Cost::of(rows, &self.triangle_sums(i), [p, self.ends[i], self.ends[i + 1]])
+    /// Cost and mean of triangle `i` with the spokes as they are and the centre at `p`, which
+    /// [`Ring::try_at`] has found to be sound.
+    pub(super) fn triangle(&self, rows: &RowSums, i: usize, p: Point) -> (Cost, Mean) {
+        let triangle = [p, self.ends[i], self.ends[i + 1]];
+        let doubled = orient(p, self.ends[i], self.ends[i + 1]);
+        let total = rows.total(&self.triangle_sums(i), doubled, triangle);
+        (Cost::with(&total, doubled, triangle), Mean::of(&total))
     }
 
     /// Puts the spokes aside, for [`Ring::restore`] after another trial.

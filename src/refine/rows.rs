@@ -1,12 +1,12 @@
 //! Running sums along the rows of a frame, which turn the sums over an area into differences along
 //! its edges (Green's theorem on the pixel grid).
 
-use std::ops::Range;
+mod load;
 
-use rayon::prelude::*;
-
-use super::sums::{NARROW, Sums, Total, pack, unpack};
-use crate::frame::{Frame, Rgba};
+use super::mean::Mean;
+use super::sums::{NARROW, Sums, Total, unpack};
+use super::thin::Thin;
+use crate::frame::Frame;
 use crate::geom::{Point, SUBPIXEL, Size};
 use crate::scan::lanes::LaneSquares;
 use crate::scan::{self, Crossing, first_centre};
@@ -31,6 +31,8 @@ pub(super) struct RowSums {
     alpha: Vec<u32>,
     /// The squares of all channels of all pixels.
     squares: u64,
+    /// Some of the pixels, of opaque frames.
+    thin: Thin,
 }
 
 /// Rows that lie together.
@@ -38,9 +40,6 @@ const TOGETHER: usize = 4;
 
 /// Entries of a cache line.
 const LINE: usize = 64 / size_of::<u64>();
-
-/// Groups of rows that lie together in one piece of work.
-const GROUPS: usize = 16;
 
 impl Default for RowSums {
     fn default() -> Self {
@@ -51,66 +50,12 @@ impl Default for RowSums {
             colour: Vec::new(),
             alpha: Vec::new(),
             squares: 0,
+            thin: Thin::default(),
         }
     }
 }
 
 impl RowSums {
-    /// Takes the sums of `frame`, in the memory of the last one's.
-    pub(super) fn load(&mut self, frame: &Frame) {
-        self.load_rows(frame, 0..frame.size().height);
-    }
-
-    /// The same of its `rows`, and perhaps of some beside them; of others nothing may be asked.
-    pub(super) fn load_rows(&mut self, frame: &Frame, rows: Range<u32>) {
-        let size = frame.size();
-        self.size = size;
-        self.vast = (size.width + size.height) as i32 * SUBPIXEL >= EXTENT;
-        let height = size.height as usize;
-        let group = ((size.width as usize + 1) * TOGETHER).next_multiple_of(LINE);
-        let entries = group * height.div_ceil(TOGETHER);
-        self.colour.resize(entries + LINE, 0);
-        // Where the first cache line begins.
-        let aligned = self.colour.as_ptr().align_offset(64).min(LINE);
-        let start = |y: usize| (aligned + y / TOGETHER * group + y % TOGETHER) as u32;
-        self.starts.clear();
-        self.starts.extend((0..height).map(start));
-        let colour = &mut self.colour[aligned..aligned + entries];
-        self.alpha.clear();
-        if frame.is_opaque() {
-            let (first, end) =
-                (rows.start as usize / TOGETHER, (rows.end as usize).div_ceil(TOGETHER));
-            let colour = &mut colour[first * group..end.max(first) * group];
-            let width = size.width as usize;
-            let sum =
-                |pixels: &[Rgba], colour: &mut [u64]| sum_groups(pixels, width, colour, group);
-            let made = if rows == (0..size.height) {
-                frame.develop(GROUPS * TOGETHER, colour.par_chunks_mut(GROUPS * group), sum)
-            } else {
-                None
-            };
-            self.squares = made.unwrap_or_else(|| {
-                let pixels = &frame.pixels()[first * TOGETHER * width..];
-                let pixels = pixels.par_chunks(GROUPS * TOGETHER * width);
-                let parts = pixels.zip(colour.par_chunks_mut(GROUPS * group));
-                parts.map(|(pixels, colour)| sum(pixels, colour)).sum()
-            });
-        } else {
-            self.alpha.resize(entries + LINE, 0);
-            let alpha = self.alpha[aligned..aligned + entries].par_chunks_mut(group);
-            let squares = colour.par_chunks_mut(group).zip(alpha).enumerate().map(
-                |(four, (colour, alpha))| {
-                    let rows = (TOGETHER * four..height).take(TOGETHER).enumerate();
-                    let row = |(i, y)| {
-                        sum_premultiplied(frame.row(y as u32), &mut colour[i..], &mut alpha[i..])
-                    };
-                    rows.map(row).sum::<u64>()
-                },
-            );
-            self.squares = squares.sum();
-        }
-    }
-
     /// The squares of all channels of all pixels: what a mesh is to account for.
     pub(super) fn squares(&self) -> f64 {
         self.squares as f64
@@ -202,9 +147,9 @@ impl RowSums {
     }
 
     /// The squares of all channels of the pixels of a triangle, one by one. `frame` is the one that was
-    /// loaded.
+    /// loaded; where it has no pixels, or not only opaque ones, they are what sums differ by.
     pub(super) fn squares_of(&self, frame: &Frame, triangle: [Point; 3]) -> f64 {
-        if frame.is_opaque() {
+        if frame.is_opaque() && frame.has_pixels() {
             return widest(
                 #[inline(always)]
                 || opaque_squares_of(frame, triangle),
@@ -219,10 +164,17 @@ impl RowSums {
                 squares += (r * r + g * g + b * b) as u64;
                 left = right;
             }
-            let alpha = |x: usize| u64::from(self.alpha[self.at(x, y as usize)]);
-            squares += columns.map(|x| (alpha(x + 1) - alpha(x)).pow(2)).sum::<u64>();
+            if !self.alpha.is_empty() {
+                let alpha = |x: usize| u64::from(self.alpha[self.at(x, y as usize)]);
+                squares += columns.map(|x| (alpha(x + 1) - alpha(x)).pow(2)).sum::<u64>();
+            }
         });
         squares as f64
+    }
+
+    /// The squared error of a triangle whose pixels have that `mean`, about: see [`Thin::error`].
+    pub(super) fn error_about(&self, triangle: [Point; 3], mean: &Mean) -> Option<f64> {
+        self.thin.error(triangle, mean)
     }
 
     /// The weighted sum over the pixels below `samples` points, evenly spaced between `from` and `to`,
@@ -284,62 +236,6 @@ fn opaque_squares_of(frame: &Frame, triangle: [Point; 3]) -> u64 {
         },
     );
     squares + lanes.total()
-}
-
-/// Writes the running sums of opaque rows, those that lie together one `group` after the other, and returns
-/// the squares of their pixels.
-fn sum_groups(pixels: &[Rgba], width: usize, out: &mut [u64], group: usize) -> u64 {
-    let groups = pixels.chunks(TOGETHER * width).zip(out.chunks_mut(group));
-    let squares = groups.map(|(pixels, out)| {
-        let counted = pixels.len() / width;
-        // Below the frame the last row stands in for those that nobody asks for.
-        let row = |i: usize| &pixels[i.min(counted - 1) * width..][..width];
-        sum_opaque([row(0), row(1), row(2), row(3)], counted, out)
-    });
-    squares.sum()
-}
-
-/// Writes the running sums of four opaque rows, which lie together, and returns the squares of the
-/// pixels of the first `counted` of them.
-fn sum_opaque(rows: [&[Rgba]; TOGETHER], counted: usize, out: &mut [u64]) -> u64 {
-    let [a, b, c, d] = rows;
-    let (out, _) = out.as_chunks_mut::<TOGETHER>();
-    widest(
-        #[inline(always)]
-        || {
-            let mut sums = [0u64; TOGETHER];
-            let pixels = a.iter().zip(b).zip(c.iter().zip(d));
-            for (((a, b), (c, d)), out) in pixels.zip(&mut *out) {
-                *out = sums;
-                let column = [*a, *b, *c, *d];
-                for (sum, pixel) in sums.iter_mut().zip(column) {
-                    *sum = sum.wrapping_add(pack(pixel));
-                }
-            }
-            out[a.len()] = sums;
-            let mut squares = LaneSquares::default();
-            for row in &rows[..counted] {
-                squares.add(row, row.len());
-            }
-            squares.total()
-        },
-    )
-}
-
-/// The same for one row with alpha: colours are multiplied by it, rounded to the nearest, so that they
-/// are what is left of a pixel on black. Entries are [`TOGETHER`] apart.
-fn sum_premultiplied(row: &[Rgba], out: &mut [u64], alphas: &mut [u32]) -> u64 {
-    let (mut sum, mut alpha_sum, mut squares) = (0u64, 0u32, 0u64);
-    for (x, &[r, g, b, a]) in row.iter().enumerate() {
-        (out[TOGETHER * x], alphas[TOGETHER * x]) = (sum, alpha_sum);
-        let by_alpha = |v: u8| ((u32::from(v) * u32::from(a) + 127) / 255) as u8;
-        let pixel = [by_alpha(r), by_alpha(g), by_alpha(b), a];
-        squares += pixel.iter().map(|&v| u64::from(v) * u64::from(v)).sum::<u64>();
-        sum = sum.wrapping_add(pack(pixel));
-        alpha_sum += u32::from(a);
-    }
-    (out[TOGETHER * row.len()], alphas[TOGETHER * row.len()]) = (sum, alpha_sum);
-    squares
 }
 
 #[cfg(test)]

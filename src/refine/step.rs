@@ -3,7 +3,7 @@
 use super::Field;
 use super::descend::Descent;
 use super::errors::Errors;
-use super::flip::flip;
+use super::flip::{Diagonal, flip};
 use super::replace::{Worth, replace};
 use super::rest::Rest;
 use super::share::{Share, Turn};
@@ -21,7 +21,7 @@ pub(super) struct Stepper {
     errors: Errors,
     /// Where nothing is to change for now.
     pub(super) rest: Rest,
-    edges: Vec<Vec<u32>>,
+    diagonals: Vec<Vec<Diagonal>>,
     /// The tick of the surface's clock at which the step before ended, or the frame began.
     since: u32,
 }
@@ -99,7 +99,7 @@ impl Stepper {
 
     /// Re-places up to `most` vertices, not more than there are wrong places, and turns edges; none moves.
     pub(super) fn tend(&mut self, surface: &mut Surface, most: usize, field: Field) -> Changes {
-        let Self { descent, worth, errors, rest, edges, since } = self;
+        let Self { descent, worth, errors, rest, diagonals, since } = self;
         surface.clock += 1;
         errors.update(surface, rest, Turn::ALL, field);
         let is_wrong =
@@ -108,7 +108,7 @@ impl Stepper {
         let most = most.min(wrong);
         let replaced = replace(surface, worth, errors, rest, most, Turn::ALL, field);
         descent.start_anew(&replaced);
-        let flipped = flip(surface, rest, *since, field, edges);
+        let flipped = flip(surface, rest, *since, field, diagonals);
         Changes { moved: 0, flipped, replaced }
     }
 
@@ -122,7 +122,7 @@ impl Stepper {
         turns: u32,
         field: Field,
     ) -> Changes {
-        let Self { descent, worth, errors, rest, edges, since } = self;
+        let Self { descent, worth, errors, rest, diagonals, since } = self;
         surface.clock += 1;
         let turn = worth.turn(turns);
         if field.running || most > 0 {
@@ -131,7 +131,7 @@ impl Stepper {
         let replaced = replace(surface, worth, errors, rest, most, turn, field);
         descent.start_anew(&replaced);
         let moved = descent.step(surface, share, rest, errors, field);
-        let flipped = flip(surface, rest, *since, field, edges);
+        let flipped = flip(surface, rest, *since, field, diagonals);
         *since = surface.clock;
         Changes { moved, flipped, replaced }
     }

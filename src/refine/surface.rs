@@ -14,6 +14,9 @@ use crate::mesh::{CORNERS, Mesh, Place};
 /// No half-edge: the other side of the frame's border.
 pub(super) const NONE: u32 = u32::MAX;
 
+/// Triangles that are one piece of work.
+const PACK: usize = 256;
+
 /// The next half-edge around the triangle.
 pub(super) const fn next(h: u32) -> u32 {
     if h % 3 == 2 { h - 2 } else { h + 1 }
@@ -67,7 +70,7 @@ pub(super) struct Surface {
     /// The same with their numbers.
     numbered: Vec<([u32; 3], u32)>,
     nearby: Nearby,
-    /// Memory for the triangles' new numbers, and for a list in a new order.
+    /// Memory for the triangles' new numbers, for a list in a new order, and for others.
     new: Vec<u32>,
     spare: Vec<u32>,
     /// Vertices that a step looks at.
@@ -204,25 +207,31 @@ impl Surface {
     pub(super) fn measure(&mut self, rows: &RowSums) {
         let Self { at, origin, twin, sums, cost, mean, .. } = self;
         sums.resize(origin.len(), Sums::default());
-        sums.par_chunks_mut(3 * 256).enumerate().for_each(|(chunk, sums)| {
-            for (h, sums) in (chunk as u32 * 3 * 256..).zip(sums) {
+        let packs = sums.par_chunks_mut(3 * PACK).zip(twin.par_chunks(3 * PACK));
+        packs.enumerate().for_each(|(pack, (sums, twins))| {
+            let first = (pack * 3 * PACK) as u32;
+            for (h, &t) in (first..).zip(twins) {
                 // The lower number of the two does the work; NONE is the highest.
-                if h < twin[h as usize] {
+                if h < t {
                     let [from, to] = [h, next(h)].map(|h| at[origin[h as usize] as usize]);
-                    *sums = rows.edge(from, to);
+                    sums[(h - first) as usize] = rows.edge(from, to);
+                } else if t >= first {
+                    sums[(h - first) as usize] = -sums[(t - first) as usize];
                 }
             }
         });
-        for (h, &t) in twin.iter().enumerate() {
-            if t < h as u32 {
+        // Neighbours are close together: few of the twins lie in another pack.
+        for (pack, twins) in twin.chunks(3 * PACK).enumerate() {
+            let first = pack * 3 * PACK;
+            for (h, &t) in (first..).zip(twins).filter(|&(_, &t)| t < first as u32) {
                 sums[h] = -sums[t as usize];
             }
         }
         cost.resize(origin.len() / 3, Cost::default());
         mean.resize(origin.len() / 3, Mean::default());
-        let chunks = cost.par_chunks_mut(256).zip(mean.par_chunks_mut(256));
-        chunks.enumerate().for_each(|(chunk, (costs, means))| {
-            for (t, (cost, mean)) in (chunk * 256..).zip(costs.iter_mut().zip(means)) {
+        let packs = cost.par_chunks_mut(PACK).zip(mean.par_chunks_mut(PACK));
+        packs.enumerate().for_each(|(pack, (costs, means))| {
+            for (t, (cost, mean)) in (pack * PACK..).zip(costs.iter_mut().zip(means)) {
                 let corner = |h: usize| at[origin[h] as usize];
                 let triangle = [corner(3 * t), corner(3 * t + 1), corner(3 * t + 2)];
                 let [a, b, c] = triangle;
@@ -330,8 +339,13 @@ impl Surface {
     /// Takes up that triangle `t` has changed, after its sums: its cost, its mean, its stamp, and its
     /// vertices wake up.
     pub(super) fn changed(&mut self, rows: &RowSums, t: u32, cost: Cost) {
+        self.take_up(t, cost, Mean::of(&self.total(rows, t)));
+    }
+
+    /// The same, where the mean is known.
+    pub(super) fn take_up(&mut self, t: u32, cost: Cost, mean: Mean) {
         self.cost[t as usize] = cost;
-        self.mean[t as usize] = Mean::of(&self.total(rows, t));
+        self.mean[t as usize] = mean;
         self.stamp[t as usize] = self.clock;
         for i in 0..3 {
             self.awake[self.origin[(3 * t + i) as usize] as usize] = true;
@@ -343,27 +357,30 @@ impl Surface {
         mesh.vertices.clone_from(&self.at);
         let (triangles, _) = self.origin.as_chunks::<3>();
         let canonical = triangles.iter().map(|&t| Mesh::smallest_first(t));
-        // By the first corner with a counting sort; those that share it are few.
+        // By the first corner with a counting sort.
         let start = &mut self.spare;
         start.clear();
-        start.resize(self.at.len() + 1, 0);
+        start.resize(self.at.len(), 0);
         for t in canonical.clone() {
-            start[t[0] as usize + 1] += 1;
+            start[t[0] as usize] += 1;
         }
-        for v in 0..self.at.len() {
-            start[v + 1] += start[v];
+        let mut sum = 0;
+        for start in start.iter_mut() {
+            sum += std::mem::replace(start, sum);
         }
+        let end = &mut self.new;
+        end.clone_from(start);
         self.numbered.resize(triangles.len(), ([0; 3], 0));
         for (t, number) in canonical.zip(0..) {
-            let at = &mut start[t[0] as usize];
-            self.numbered[*at as usize] = (t, number);
-            *at += 1;
-        }
-        // By now each start is the next one's.
-        let mut begin = 0;
-        for &end in &start[..self.at.len()] {
-            self.numbered[begin..end as usize].sort_unstable();
-            begin = end as usize;
+            // Those that share it are few: each is put where it belongs among them.
+            let end = &mut end[t[0] as usize];
+            let mut at = *end as usize;
+            *end += 1;
+            while at > start[t[0] as usize] as usize && self.numbered[at - 1].0 > t {
+                self.numbered[at] = self.numbered[at - 1];
+                at -= 1;
+            }
+            self.numbered[at] = (t, number);
         }
         mesh.triangles.clear();
         mesh.triangles.extend(self.numbered.iter().map(|&(triangle, _)| triangle));
@@ -372,7 +389,7 @@ impl Surface {
 
     /// The mean colours and areas of the triangles in the order in which they were last stored.
     pub(super) fn stored_fills(&self, rows: &RowSums) -> Vec<Fill> {
-        let stored = self.numbered.par_iter().with_min_len(512);
+        let stored = self.numbered.iter();
         let total = |number: u32| self.total(rows, number).fill();
         let fill = |number: u32| self.mean[number as usize].fill().unwrap_or_else(|| total(number));
         stored.map(|&(_, number)| fill(number)).collect()

@@ -46,7 +46,7 @@ pub(super) fn picture(size: Size, seed: u64, noise: u8, opaque: bool) -> Frame {
 }
 
 /// A mesh of `count` seeds, all over the frame.
-fn scattered(size: Size, count: u32) -> Mesh {
+pub(super) fn scattered(size: Size, count: u32) -> Mesh {
     let place = |i| {
         let bits = rank(9, Purpose::Keep, i, 0);
         ((bits >> 32) as f64 / 4_294_967_296.0, (bits & 0xffff_ffff) as f64 / 4_294_967_296.0)

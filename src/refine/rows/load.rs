@@ -1,0 +1,110 @@
+//! Filling the running sums.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::{EXTENT, LINE, RowSums, TOGETHER};
+use crate::frame::{Frame, Rgba};
+use crate::geom::SUBPIXEL;
+use crate::refine::sums::pack;
+use crate::refine::thin;
+use crate::scan::lanes::LaneSquares;
+use crate::vector::widest;
+
+impl RowSums {
+    /// Takes the sums of `frame`, in the memory of the last one's.
+    pub(in crate::refine) fn load(&mut self, frame: &Frame) {
+        self.load_rows(frame, 0..frame.size().height);
+    }
+
+    /// The same of its `rows`, and perhaps of some beside them; of others nothing may be asked.
+    pub(in crate::refine) fn load_rows(&mut self, frame: &Frame, rows: Range<u32>) {
+        let size = frame.size();
+        self.size = size;
+        self.vast = (size.width + size.height) as i32 * SUBPIXEL >= EXTENT;
+        let height = size.height as usize;
+        let group = ((size.width as usize + 1) * TOGETHER).next_multiple_of(LINE);
+        let entries = group * height.div_ceil(TOGETHER);
+        self.colour.resize(entries + LINE, 0);
+        // Where the first cache line begins.
+        let aligned = self.colour.as_ptr().align_offset(64).min(LINE);
+        let start = |y: usize| (aligned + y / TOGETHER * group + y % TOGETHER) as u32;
+        self.starts.clear();
+        self.starts.extend((0..height).map(start));
+        let colour = &mut self.colour[aligned..aligned + entries];
+        self.alpha.clear();
+        if frame.is_opaque() {
+            let groups = rows.start as usize / TOGETHER..(rows.end as usize).div_ceil(TOGETHER);
+            let rows = groups.start * TOGETHER..height.min(groups.end * TOGETHER);
+            let colour = &mut colour[groups.start * group..groups.end * group];
+            let width = size.width as usize;
+            let with =
+                colour.par_chunks_mut(group).zip(self.thin.rows_mut(size, rows.clone(), TOGETHER));
+            self.squares = frame.pass_over(rows, TOGETHER, with, |pixels, (colour, thin)| {
+                thin::take(pixels, width, thin);
+                let counted = pixels.len() / width;
+                // Below the frame the last row stands in for those that nobody asks for.
+                let row = |i: usize| &pixels[i.min(counted - 1) * width..][..width];
+                sum_opaque([row(0), row(1), row(2), row(3)], counted, colour)
+            });
+        } else {
+            self.thin.clear();
+            self.alpha.resize(entries + LINE, 0);
+            let alpha = self.alpha[aligned..aligned + entries].par_chunks_mut(group);
+            let squares = colour.par_chunks_mut(group).zip(alpha).enumerate().map(
+                |(four, (colour, alpha))| {
+                    let rows = (TOGETHER * four..height).take(TOGETHER).enumerate();
+                    let row = |(i, y)| {
+                        sum_premultiplied(frame.row(y as u32), &mut colour[i..], &mut alpha[i..])
+                    };
+                    rows.map(row).sum::<u64>()
+                },
+            );
+            self.squares = squares.sum();
+        }
+    }
+}
+
+/// Writes the running sums of four opaque rows, which lie together, and returns the squares of the
+/// pixels of the first `counted` of them.
+fn sum_opaque(rows: [&[Rgba]; TOGETHER], counted: usize, out: &mut [u64]) -> u64 {
+    let [a, b, c, d] = rows;
+    let (out, _) = out.as_chunks_mut::<TOGETHER>();
+    widest(
+        #[inline(always)]
+        || {
+            let mut sums = [0u64; TOGETHER];
+            let pixels = a.iter().zip(b).zip(c.iter().zip(d));
+            for (((a, b), (c, d)), out) in pixels.zip(&mut *out) {
+                *out = sums;
+                let column = [*a, *b, *c, *d];
+                for (sum, pixel) in sums.iter_mut().zip(column) {
+                    *sum = sum.wrapping_add(pack(pixel));
+                }
+            }
+            out[a.len()] = sums;
+            let mut squares = LaneSquares::default();
+            for row in &rows[..counted] {
+                squares.add(row, row.len());
+            }
+            squares.total()
+        },
+    )
+}
+
+/// The same for one row with alpha: colours are multiplied by it, rounded to the nearest, so that they
+/// are what is left of a pixel on black. Entries are [`TOGETHER`] apart.
+fn sum_premultiplied(row: &[Rgba], out: &mut [u64], alphas: &mut [u32]) -> u64 {
+    let (mut sum, mut alpha_sum, mut squares) = (0u64, 0u32, 0u64);
+    for (x, &[r, g, b, a]) in row.iter().enumerate() {
+        (out[TOGETHER * x], alphas[TOGETHER * x]) = (sum, alpha_sum);
+        let by_alpha = |v: u8| ((u32::from(v) * u32::from(a) + 127) / 255) as u8;
+        let pixel = [by_alpha(r), by_alpha(g), by_alpha(b), a];
+        squares += pixel.iter().map(|&v| u64::from(v) * u64::from(v)).sum::<u64>();
+        sum = sum.wrapping_add(pack(pixel));
+        alpha_sum += u32::from(a);
+    }
+    (out[TOGETHER * row.len()], alphas[TOGETHER * row.len()]) = (sum, alpha_sum);
+    squares
+}
