@@ -38,11 +38,13 @@ impl Colouring {
                     taken |= 1 << colour;
                 }
             };
+            let mut last = 0;
             surface.around(v, |h| {
                 take(surface.to(h));
-                // On the border the last neighbour has no half-edge that leaves for it.
-                take(surface.to(next(h)));
+                last = h;
             });
+            // On the border the last neighbour has no half-edge that leaves for it.
+            take(surface.to(next(last)));
             let free = taken.trailing_ones();
             if free >= MOST {
                 continue;
