@@ -49,7 +49,7 @@ fn halved(frame: &Frame) -> Frame {
             *out = mean([a, b, c, d]);
         }
     });
-    Frame::new(size, pixels).expect("a frame's half is no larger than it")
+    Frame::known(size, pixels, frame.is_opaque()).expect("a frame's half is no larger than it")
 }
 
 /// The mean colour, each pixel weighing as much as can be seen of it.

@@ -26,7 +26,7 @@ pub fn smooth(frame: &Frame) -> Frame {
             weigh_row(&sums, out.as_flattened_mut());
         }
     });
-    Frame::new(size, pixels).expect("as many pixels as before")
+    Frame::known(size, pixels, frame.is_opaque()).expect("as many pixels as before")
 }
 
 // Plain loops over bytes: the compiler turns them into vector code.

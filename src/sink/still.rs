@@ -99,15 +99,11 @@ impl Encoder {
 
     /// The frame without alpha, on the background, into `rgb`.
     fn flatten(&mut self, frame: &Frame) {
-        self.rgb.clear();
-        self.rgb.reserve(3 * frame.pixels().len());
-        if frame.is_opaque() {
-            self.rgb.extend(frame.pixels().iter().flat_map(|&[r, g, b, _]| [r, g, b]));
-            return;
-        }
-        for &pixel in frame.pixels() {
-            let [r, g, b, _] = over(pixel, self.background);
-            self.rgb.extend([r, g, b]);
+        self.rgb.resize(3 * frame.pixels().len(), 0);
+        let (rgb, _) = self.rgb.as_chunks_mut::<3>();
+        for (rgb, &pixel) in rgb.iter_mut().zip(frame.pixels()) {
+            let pixel = if frame.is_opaque() { pixel } else { over(pixel, self.background) };
+            [rgb[0], rgb[1], rgb[2], _] = pixel;
         }
     }
 }

@@ -226,7 +226,7 @@ fn decoded(
         }
     };
     if orientation == Orientation::NoTransforms {
-        return Ok((Frame::new(size, pixels)?, cut));
+        return Ok((Frame::known(size, pixels, !colour.has_alpha())?, cut));
     }
     let image = RgbaImage::from_raw(width, height, pixels.into_flattened())
         .expect("the pixels were made for this size");
