@@ -101,9 +101,13 @@ impl Encoder {
     fn flatten(&mut self, frame: &Frame) {
         self.rgb.resize(3 * frame.pixels().len(), 0);
         let (rgb, _) = self.rgb.as_chunks_mut::<3>();
-        for (rgb, &pixel) in rgb.iter_mut().zip(frame.pixels()) {
-            let pixel = if frame.is_opaque() { pixel } else { over(pixel, self.background) };
-            [rgb[0], rgb[1], rgb[2], _] = pixel;
+        let pairs = rgb.iter_mut().zip(frame.pixels());
+        if frame.is_opaque() {
+            pairs.for_each(|(rgb, &[r, g, b, _])| *rgb = [r, g, b]);
+        } else {
+            pairs.for_each(|(rgb, &pixel)| {
+                [rgb[0], rgb[1], rgb[2], _] = over(pixel, self.background)
+            });
         }
     }
 }
