@@ -52,7 +52,7 @@ use histogram::StageHistograms;
 use hop::{Admitted, Featured, Meshed, Orders, Painted, Ticket};
 pub use pilot::Guide;
 use pilot::{Pilot, longest};
-use pool::Pool;
+use pool::{Crew, Pool};
 pub use replay::Script;
 pub use report::{
     BudgetReport, Ending, FrameReport, InputReport, OutputReport, Report, StageTimes, Summary,
@@ -143,8 +143,8 @@ pub fn run(
         let spent = (!sink.wants_origin()).then_some(return_spent);
         let (return_canvas, canvases) = bounded(ROOM);
         let exit = Exit { form: sink.form(), spent, canvases };
-        let (chain, painted) =
-            spawn_chain(scope, admitted, &controls, pilot, settings.threads, exit)?;
+        let crew = Crew { threads: settings.threads, alone: !sink.feeds_others() };
+        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, crew, exit)?;
         let (tell, told) = bounded(ROOM);
         let keep_truncated = settings.allow_truncated;
         let delivery = Delivery { sink, tell, return_canvas, stop, keep_truncated };
@@ -209,7 +209,7 @@ fn spawn_chain<'s, 'e>(
     admitted: Receiver<Result<Admitted>>,
     controls: &Controls,
     pilot: &'e Pilot,
-    threads: Option<NonZeroUsize>,
+    crew: Crew,
     Exit { form, spent, canvases }: Exit,
 ) -> Result<Chain<'s>> {
     let options = controls.options();
@@ -218,7 +218,7 @@ fn spawn_chain<'s, 'e>(
     let mut extractor = Extractor::new(&options);
     let mut tuned = options.clone();
     let look_thread = spawn(scope, "features", move || {
-        station.run_in_pool(threads, admitted, |pool, clock, hop| {
+        station.run_in_pool(crew, admitted, |pool, clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 extractor.retune(options);
             }
@@ -233,7 +233,7 @@ fn spawn_chain<'s, 'e>(
     let mut echoes = Echoes { told, called: false };
     let mut tuned = options.clone();
     let mesh_thread = spawn(scope, "mesh", move || {
-        station.run_in_pool(threads, extracted, |pool, clock, hop| {
+        station.run_in_pool(crew, extracted, |pool, clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 mesher.retune(options);
             }
@@ -248,7 +248,7 @@ fn spawn_chain<'s, 'e>(
     let mut painter = Painter::new(&options).with_form(form);
     let mut tuned = options;
     let paint_thread = spawn(scope, "rasterise", move || {
-        station.run_in_pool(threads, meshed, |pool, clock, hop| {
+        station.run_in_pool(crew, meshed, |pool, clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 painter.retune(options);
             }
@@ -307,7 +307,7 @@ fn build_mesh(
     let (mut mesh, fresh) =
         pool.work(|| clock.time(Stage::Triangulate, report, || triangulate_start(&frame, start)))?;
     let echo = echoes.last();
-    let refined = pool.work(|| {
+    let refined = pool.work_awake(|| {
         clock.time(Stage::Refine, report, || mesher.refine(&mut mesh, &frame, fresh, detail, echo))
     })?;
     let life = mesher.remember(&mesh, fresh, &refined);

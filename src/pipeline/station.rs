@@ -1,6 +1,5 @@
 //! A stage's place of work: its clock, its way out, and what it does about errors and panics.
 
-use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use crossbeam_channel::{Receiver, Sender};
@@ -8,7 +7,7 @@ use crossbeam_channel::{Receiver, Sender};
 use crate::error::{Error, Result};
 use crate::stage::Stage;
 
-use super::pool::Pool;
+use super::pool::{Crew, Pool};
 use super::report::FrameReport;
 
 /// The only clock of the program that frames meet. It knows which stage its thread is working on.
@@ -77,14 +76,14 @@ impl<T> Station<T> {
         }
     }
 
-    /// As [`Station::run`], with a pool of `threads` of which this one is the first.
+    /// As [`Station::run`], with a pool of a `crew` of which this thread is the first.
     pub(super) fn run_in_pool<A>(
         self,
-        threads: Option<NonZeroUsize>,
+        crew: Crew,
         inbox: Receiver<Result<A>>,
         mut work: impl FnMut(&Pool, &mut Clock, A) -> Result<T>,
     ) {
-        match Pool::here(threads) {
+        match Pool::here(crew) {
             Ok(pool) => self.run(inbox, |clock, hop| work(&pool, clock, hop)),
             Err(error) => {
                 self.send(Err(error));

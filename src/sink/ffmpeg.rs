@@ -267,6 +267,10 @@ impl Sink for VideoSink {
         Some(self.form).filter(|form| form.layout.is_squared() && size == self.spec.size)
     }
 
+    fn feeds_others(&self) -> bool {
+        true
+    }
+
     fn spent(&mut self) -> Memory {
         std::mem::take(&mut self.spent)
     }

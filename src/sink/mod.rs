@@ -81,6 +81,12 @@ pub trait Sink: Send {
         None
     }
 
+    /// Whether another process works on what is written, as an encoder does, and needs the machine's cores:
+    /// then threads that wait for work leave them to it at once. Default: no.
+    fn feeds_others(&self) -> bool {
+        false
+    }
+
     /// The memory of a picture that was written and is no longer needed: another may be painted in it.
     /// Default: none.
     fn spent(&mut self) -> Memory {

@@ -187,6 +187,10 @@ impl<W: Write + Send> Sink for Y4mSink<W> {
         Some(self.form).filter(|form| form.layout.is_squared())
     }
 
+    fn feeds_others(&self) -> bool {
+        true
+    }
+
     fn spent(&mut self) -> Memory {
         std::mem::take(&mut self.spent)
     }

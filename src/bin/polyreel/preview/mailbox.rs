@@ -162,6 +162,10 @@ impl Sink for Glance {
         self.inner.write(picture)
     }
 
+    fn feeds_others(&self) -> bool {
+        self.inner.feeds_others()
+    }
+
     fn finish(self: Box<Self>) -> Result<()> {
         self.inner.finish()
     }
