@@ -37,17 +37,18 @@ mod tend;
 #[cfg(test)]
 mod tests;
 mod thin;
+mod worth;
 
 use crate::echo::{Call, Echo};
 use crate::frame::{Fill, Frame, Memory};
 use crate::mesh::Mesh;
 use cell::cell_error;
-use replace::turns;
 use rows::RowSums;
 use share::Share;
 use step::{Changes, Stepper};
 use surface::Surface;
 use tend::Sweep;
+use worth::turns;
 
 /// How to refine a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -14,19 +14,17 @@ use crate::mesh::Place;
 /// to close a hole grows with the cube of its corners.
 pub(super) const MOST_CORNERS: usize = 9;
 
-/// A way to close the hole that a vertex leaves: the triangles of its polygon.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Plan(SmallVec<[Piece; MOST_CORNERS - 2]>);
-
-impl Plan {
-    /// Whether this is one: no hole is closed by no triangle.
-    pub(super) fn is_known(&self) -> bool {
-        !self.0.is_empty()
-    }
+/// A way to close the hole that a vertex leaves: the triangles of its polygon, each before those on its
+/// inner sides.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    /// What it costs.
+    pub(super) cost: Cost,
+    pieces: SmallVec<[Piece; MOST_CORNERS - 2]>,
 }
 
 /// A triangle of a [`Plan`], of three corners of the polygon, ascending.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Piece {
     corners: [u8; 3],
     /// Sums from its first corner to its last.
@@ -37,9 +35,6 @@ struct Piece {
 /// Looks for the cheapest [`Plan`], by dynamic programming over sub-polygons (Klincsek 1980).
 #[derive(Debug, Default)]
 pub(super) struct Closing {
-    corners: usize,
-    /// What the plan costs.
-    pub(super) cost: Cost,
     /// The corner that closes the triangle over chord `i`-`j`.
     apex: [[u8; MOST_CORNERS]; MOST_CORNERS],
     /// Sums from corner `i` to corner `j`.
@@ -48,14 +43,13 @@ pub(super) struct Closing {
 }
 
 impl Closing {
-    /// Finds the cheapest triangulation of the closed polygon of `ring`; `false` when it has too many
-    /// corners or none of its triangulations has only triangles with an area.
-    pub(super) fn plan(&mut self, ring: &Ring, rows: &RowSums, weight: f64) -> bool {
+    /// The cheapest triangulation of the closed polygon of `ring`; `None` when it has too many corners or none
+    /// of its triangulations has only triangles with an area.
+    pub(super) fn plan(&mut self, ring: &Ring, rows: &RowSums, weight: f64) -> Option<Plan> {
         let corners = ring.len();
         if !ring.closed || !(3..=MOST_CORNERS).contains(&corners) {
-            return false;
+            return None;
         }
-        self.corners = corners;
         for i in 0..corners {
             for j in i + 1..corners {
                 let sums = if j == i + 1 {
@@ -73,8 +67,8 @@ impl Closing {
                 self.solve(ring, rows, i, i + width, weight);
             }
         }
-        self.cost = self.best[0][corners - 1];
-        self.cost.shape.is_finite()
+        let cost = self.best[0][corners - 1];
+        cost.shape.is_finite().then(|| Plan { cost, pieces: self.pieces(ring, rows) })
     }
 
     fn solve(&mut self, ring: &Ring, rows: &RowSums, i: usize, j: usize, weight: f64) {
@@ -94,12 +88,11 @@ impl Closing {
         }
     }
 
-    /// What was found for `ring`, in the order in which it is to be made: a triangle before those on its
-    /// inner sides.
-    pub(super) fn found(&self, ring: &Ring, rows: &RowSums) -> Plan {
+    /// The triangles that were found for `ring`.
+    fn pieces(&self, ring: &Ring, rows: &RowSums) -> SmallVec<[Piece; MOST_CORNERS - 2]> {
         let mut pieces = SmallVec::new();
         let mut open = SmallVec::<[_; MOST_CORNERS]>::new();
-        open.push([0, self.corners - 1]);
+        open.push([0, ring.len() - 1]);
         while let Some([i, j]) = open.pop() {
             let m = usize::from(self.apex[i][j]);
             let corners = [i as u8, m as u8, j as u8];
@@ -107,7 +100,7 @@ impl Closing {
             pieces.push(Piece { corners, chord: self.chord[i][j], cost });
             open.extend([[i, m], [m, j]].into_iter().filter(|[from, to]| to - from > 1));
         }
-        Plan(pieces)
+        pieces
     }
 
     fn triangle_cost(&self, rows: &RowSums, ends: &[Point], [i, m, j]: [usize; 3]) -> Cost {
@@ -149,7 +142,7 @@ pub(super) fn take_out(
     let mut open = SmallVec::<[_; MOST_CORNERS]>::new();
     open.push(NONE);
     let mut made = SmallVec::<[_; MOST_CORNERS]>::new();
-    for (piece, t) in plan.0.iter().zip(slots) {
+    for (piece, t) in plan.pieces.iter().zip(slots) {
         let Some(outer) = open.pop() else { break };
         let [i, m, j] = piece.corners.map(usize::from);
         let h = 3 * t;

@@ -6,57 +6,21 @@ use super::Field;
 use super::cost::Cost;
 use super::errors::Errors;
 use super::force::gradient;
-use super::patch::{Closing, Plan, put_in, take_out};
+use super::patch::{Closing, put_in, take_out};
 use super::rest::Rest;
 use super::ring::Ring;
 use super::share::Turn;
 use super::surface::{NONE, Surface};
+use super::worth::{Candidate, Worth};
 use crate::geom::Point;
-use crate::mesh::Place;
 
-/// Vertices or triangles that one piece of work looks at.
-const PACK: usize = 64;
+/// Triangles that one piece of work looks at.
+const PACK: usize = 16;
 
-/// What it costs to take each vertex out, as far as it is known.
-#[derive(Debug, Default)]
-pub(super) struct Worth {
-    /// Cost of the surroundings without the vertex, less their cost with it; infinite for vertices
-    /// that have to stay.
-    loss: Vec<Cost>,
-    /// When that was found, in ticks of the surface's clock.
-    asked: Vec<u32>,
-    /// Vertices that may be taken out in this pass.
-    candidates: Vec<Candidate>,
-    /// Memory for the triangles of the largest errors, and for those that a pass has touched.
-    worst: Vec<(f64, u32)>,
-    taken: Vec<bool>,
-    /// Passes over this mesh so far.
-    passes: u32,
-}
-
-/// A pass that may re-place few vertices looks at this many for each of them, in turns. Measured: 8
-/// gain more in the same time than 32 or all; but see [`running`](super::RefineOptions::running).
-const LOOKED_AT: usize = 8;
-
-/// Of these, as many are planned for each that is re-placed, those that by their triangles' colours look
-/// the least needed, and as many triangles are tried for it, those of the largest errors; twice as many
+/// So many vertices are planned for each that is re-placed, those that by their triangles' colours look the
+/// least needed, and as many triangles are tried for it, those of the largest errors; twice as many
 /// where it is looked at [closely](super::RefineOptions::closely).
 const PLANNED: usize = 2;
-
-/// Passes until every vertex has had its turn, when each may re-place `most`.
-pub(super) fn turns(vertices: usize, most: usize) -> u32 {
-    if most == 0 { 1 } else { (vertices / (most * LOOKED_AT)).max(1) as u32 }
-}
-
-/// A vertex that may be taken out.
-#[derive(Clone, Debug)]
-struct Candidate {
-    vertex: u32,
-    /// What that costs; `None` where it is known already.
-    loss: Option<Cost>,
-    /// How, where it was found just now.
-    plan: Plan,
-}
 
 /// A place for a vertex and what it gains there.
 #[derive(Clone, Copy, Debug)]
@@ -81,104 +45,6 @@ enum Site {
     Pair(u32),
 }
 
-impl Worth {
-    /// The turn of the next pass, which looks at one of `slices` parts of the mesh.
-    pub(super) fn turn(&mut self, slices: u32) -> Turn {
-        let turn = Turn::new(slices, self.passes);
-        self.passes = self.passes.wrapping_add(1);
-        turn
-    }
-
-    /// Begins again with the first turn, for a mesh of which nothing is known.
-    pub(super) fn start_anew(&mut self) {
-        self.passes = 0;
-    }
-
-    /// Forgets everything but whose turn it is: a video's mesh has it over several frames.
-    pub(super) fn reset(&mut self, vertices: usize) {
-        self.loss.clear();
-        self.loss.resize(vertices, Cost::INFINITE);
-        self.asked.clear();
-        self.asked.resize(vertices, 0);
-    }
-
-    /// Brings up to date what it is the turn of: the losses of the `most` of its vertices that look the
-    /// least needed; on a running video, where all are looked at in every pass, of a quarter of them. That is
-    /// enough to choose from, and even has a little less error than to take the same ones again and again.
-    fn update(&mut self, surface: &Surface, rest: &Rest, turn: Turn, most: usize, field: Field) {
-        let mut candidates = std::mem::take(&mut self.candidates);
-        let mut least: Vec<(f32, u32)> = (0..surface.at.len() as u32)
-            .into_par_iter()
-            .with_min_len(PACK)
-            .filter(|&v| turn.has(v) && (!field.running || turn.has_in_quarter(v)))
-            .filter(|&v| rest.allows(v) && surface.freedom(v) == Place::Interior)
-            .map(|v| (most_loss(surface, v), v))
-            .collect();
-        let order = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-        if least.len() > most {
-            least.select_nth_unstable_by(most, order);
-            least.truncate(most);
-        }
-        let planned = least
-            .par_iter()
-            .with_min_len(PACK)
-            .map_init(<(Ring, Closing)>::default, |(ring, closing), &(_, v)| {
-                self.candidate(surface, v, ring, closing, field)
-            });
-        planned.collect_into_vec(&mut candidates);
-        for Candidate { vertex, loss, .. } in &candidates {
-            if let Some(loss) = loss {
-                self.loss[*vertex as usize] = *loss;
-                self.asked[*vertex as usize] = surface.clock;
-            }
-        }
-        candidates.retain(|c| self.loss[c.vertex as usize].shape.is_finite());
-        self.candidates = candidates;
-    }
-
-    /// Looks how to take out `v`, if that is not known already.
-    fn candidate(
-        &self,
-        surface: &Surface,
-        v: u32,
-        ring: &mut Ring,
-        closing: &mut Closing,
-        field: Field,
-    ) -> Candidate {
-        ring.surround(surface, v);
-        let newest = ring.links.iter().map(|&h| surface.stamp[h as usize / 3]).max();
-        if newest < Some(self.asked[v as usize]) {
-            return Candidate { vertex: v, loss: None, plan: Plan::default() };
-        }
-        ring.sum_up(surface);
-        if !closing.plan(ring, field.rows, field.weight) {
-            return Candidate { vertex: v, loss: Some(Cost::INFINITE), plan: Plan::default() };
-        }
-        let loss = closing.cost + fan_cost(surface, ring).scaled(-1.0);
-        Candidate { vertex: v, loss: Some(loss), plan: closing.found(ring, field.rows) }
-    }
-}
-
-/// The most by which the squared error can rise when `v` is taken out: as much as it does when all of
-/// its triangles take one colour.
-fn most_loss(surface: &Surface, v: u32) -> f32 {
-    let (mut explained, mut count, mut sum) = (0.0, 0.0, [0.0; 4]);
-    surface.around(v, |h| {
-        let mean = &surface.mean[h as usize / 3];
-        count += mean.count;
-        for (sum, channel) in sum.iter_mut().zip(mean.colour) {
-            explained += mean.count * channel * channel;
-            *sum += mean.count * channel;
-        }
-    });
-    let together: f32 = sum.iter().map(|s| s * s).sum();
-    if count > 0.0 { explained - together / count } else { 0.0 }
-}
-
-fn fan_cost(surface: &Surface, ring: &Ring) -> Cost {
-    ring.links.iter().map(|&h| surface.cost[h as usize / 3]).sum()
-}
-
 /// Moves up to `most` inner vertices whose surroundings do best without them to the places where one
 /// more vertex gains most, the cheapest to the best, each as long as that pays. Looks at those parts of
 /// the mesh whose `turn` it is. Returns the vertices.
@@ -199,11 +65,7 @@ pub(super) fn replace(
     let weight = field.weight;
     // Taking out costs, and putting in gains, whichever is worse of error and error with shape: so a
     // pair that pays pays in both.
-    let total = |v: u32| worth.loss[v as usize].total(weight).max(worth.loss[v as usize].error);
-    let mut leaving: Vec<(f64, u32)> =
-        worth.candidates.iter().zip(0..).map(|(c, i)| (total(c.vertex), i)).collect();
-    let vertex = |i: u32| worth.candidates[i as usize].vertex;
-    leaving.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(vertex(a.1).cmp(&vertex(b.1))));
+    let leaving = worth.prices(weight);
     let Some(&(price, _)) = leaving.first() else { return Vec::new() };
     // A triangle whose error is below the price cannot pay for a vertex.
     let is_open =
@@ -234,7 +96,7 @@ pub(super) fn replace(
         }
         // The cheapest vertex whose surroundings nothing has touched in this pass.
         let next = leaving.find(|&(_, i)| {
-            around.surround(surface, vertex(i));
+            around.surround(surface, worth.candidates[i].vertex);
             let free =
                 |&h: &u32| !taken[h as usize / 3] && ring.links.iter().all(|&g| g / 3 != h / 3);
             around.links.iter().all(free)
@@ -243,14 +105,14 @@ pub(super) fn replace(
         if opening.worth(weight) - loss <= field.least_gain {
             break;
         }
-        let Candidate { vertex: v, plan, .. } = &worth.candidates[i as usize];
-        let plan = if plan.is_known() {
-            plan
+        let Candidate { vertex: v, plan, .. } = &worth.candidates[i];
+        let sought = if plan.is_some() {
+            None
         } else {
             around.sum_up(surface);
-            closing.plan(&around, field.rows, weight);
-            &closing.found(&around, field.rows)
+            closing.plan(&around, field.rows, weight)
         };
+        let Some(plan) = plan.as_ref().or(sought.as_ref()) else { continue };
         for &h in around.links.iter().chain(&ring.links) {
             taken[h as usize / 3] = true;
         }
@@ -290,7 +152,7 @@ fn worst(
 fn openings(surface: &Surface, rest: &Rest, worst: &[(f64, u32)], field: Field) -> Vec<Opening> {
     let found: Vec<Option<Opening>> = worst
         .par_iter()
-        .with_min_len(PACK / 4)
+        .with_min_len(PACK)
         .map_init(Ring::default, |ring, &(_, t)| best_opening(surface, rest, t, field, ring))
         .collect();
     let mut openings: Vec<Opening> = found.into_iter().flatten().collect();

@@ -4,10 +4,11 @@ use super::Field;
 use super::descend::Descent;
 use super::errors::Errors;
 use super::flip::{Diagonal, flip};
-use super::replace::{Worth, replace};
+use super::replace::replace;
 use super::rest::Rest;
 use super::share::{Share, Turn};
 use super::surface::Surface;
+use super::worth::Worth;
 
 /// Where none but wrong places are to change, a triangle whose error is so many least gains is one: as much
 /// as a triangle of a plain grid has.
