@@ -70,7 +70,7 @@ pub(super) struct Surface {
     /// The same with their numbers.
     numbered: Vec<([u32; 3], u32)>,
     nearby: Nearby,
-    /// Memory for the triangles' new numbers, for a list in a new order, and for others.
+    /// Memory for the triangles' new numbers, and for a list in a new order.
     new: Vec<u32>,
     spare: Vec<u32>,
     /// Vertices that a step looks at.
@@ -357,30 +357,28 @@ impl Surface {
         mesh.vertices.clone_from(&self.at);
         let (triangles, _) = self.origin.as_chunks::<3>();
         let canonical = triangles.iter().map(|&t| Mesh::smallest_first(t));
-        // By the first corner with a counting sort.
+        // By the first corner with a counting sort; those that share it are few, but for a mesh all of whose
+        // seeds lie on a line.
         let start = &mut self.spare;
         start.clear();
-        start.resize(self.at.len(), 0);
+        start.resize(self.at.len() + 1, 0);
         for t in canonical.clone() {
-            start[t[0] as usize] += 1;
+            start[t[0] as usize + 1] += 1;
         }
-        let mut sum = 0;
-        for start in start.iter_mut() {
-            sum += std::mem::replace(start, sum);
+        for v in 0..self.at.len() {
+            start[v + 1] += start[v];
         }
-        let end = &mut self.new;
-        end.clone_from(start);
         self.numbered.resize(triangles.len(), ([0; 3], 0));
         for (t, number) in canonical.zip(0..) {
-            // Those that share it are few: each is put where it belongs among them.
-            let end = &mut end[t[0] as usize];
-            let mut at = *end as usize;
-            *end += 1;
-            while at > start[t[0] as usize] as usize && self.numbered[at - 1].0 > t {
-                self.numbered[at] = self.numbered[at - 1];
-                at -= 1;
-            }
-            self.numbered[at] = (t, number);
+            let at = &mut start[t[0] as usize];
+            self.numbered[*at as usize] = (t, number);
+            *at += 1;
+        }
+        // By now each start is the next one's.
+        let mut begin = 0;
+        for &end in &start[..self.at.len()] {
+            self.numbered[begin..end as usize].sort_unstable();
+            begin = end as usize;
         }
         mesh.triangles.clear();
         mesh.triangles.extend(self.numbered.iter().map(|&(triangle, _)| triangle));
