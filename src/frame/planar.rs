@@ -102,7 +102,12 @@ impl Frame {
 
     /// Whether the pixels are there, and need not be made first.
     pub(crate) fn has_pixels(&self) -> bool {
-        self.planes.is_none() || self.pixels.made.get().is_some()
+        self.undeveloped().is_none()
+    }
+
+    /// The planes that pixels would have to be made of.
+    fn undeveloped(&self) -> Option<&Planes> {
+        self.planes.as_ref().filter(|_| self.pixels.made.get().is_none())
     }
 
     /// Calls `visit` with the pixels of `rows`, `together` rows at a time, by all threads, and adds up what
@@ -118,7 +123,7 @@ impl Frame {
         debug_assert_eq!(with.len(), rows.len().div_ceil(together), "one for each");
         let width = self.size.width as usize;
         let with = with.with_min_len(PACK.div_ceil(together));
-        match self.planes.as_ref().filter(|_| !self.has_pixels()) {
+        match self.undeveloped() {
             Some(Planes { form, data }) => {
                 let maker = || (RowsToRgba::new(&form.layout, form.coding, data), Vec::new());
                 let parts = with.enumerate().map_init(maker, |(maker, pixels), (part, with)| {
@@ -149,7 +154,7 @@ impl Frame {
         rows: impl IntoIterator<Item = Range<u32>>,
         room: &mut Vec<Rgba>,
     ) -> Option<Self> {
-        let Planes { form, data } = self.planes.as_ref().filter(|_| !self.has_pixels())?;
+        let Planes { form, data } = self.undeveloped()?;
         let mut maker = RowsToRgba::new(&form.layout, form.coding, data);
         let mut pixels = std::mem::take(room);
         let width = self.size.width as usize;

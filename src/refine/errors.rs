@@ -114,8 +114,8 @@ impl Errors {
     }
 }
 
-/// That of triangle `t`: nearly on a [running](super::RefineOptions::running) video, from one pixel in four,
-/// for what it is for, telling large errors from small ones.
+/// That of triangle `t`; on a [running](super::RefineOptions::running) video an estimate from one pixel in four,
+/// which is enough to tell large errors from small ones.
 fn error_of(surface: &Surface, t: u32, Field { rows, frame, running, .. }: Field) -> f64 {
     let corners = surface.corners(t);
     let about = if running { rows.error_about(corners, &surface.mean[t as usize]) } else { None };

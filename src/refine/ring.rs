@@ -117,10 +117,9 @@ impl Ring {
     /// Cost and mean of triangle `i` with the spokes as they are and the centre at `p`, which
     /// [`Ring::try_at`] has found to be sound.
     pub(super) fn triangle(&self, rows: &RowSums, i: usize, p: Point) -> (Cost, Mean) {
-        let triangle = [p, self.ends[i], self.ends[i + 1]];
-        let doubled = orient(p, self.ends[i], self.ends[i + 1]);
-        let total = rows.total(&self.triangle_sums(i), doubled, triangle);
-        (Cost::with(&total, doubled, triangle), Mean::of(&total))
+        let (a, b) = (self.ends[i], self.ends[i + 1]);
+        let total = self.total(rows, i, p);
+        (Cost::with(&total, orient(p, a, b), [p, a, b]), Mean::of(&total))
     }
 
     /// Puts the spokes aside, for [`Ring::restore`] after another trial.
