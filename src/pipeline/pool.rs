@@ -14,7 +14,8 @@ use crate::error::{Error, Result};
 /// refinement: a quarter more frames a second, and half of the time in each stage.
 pub(super) struct Pool {
     threads: rayon::ThreadPool,
-    alone: bool,
+    /// Whether [`Pool::work_awake`] keeps a thread awake.
+    awake: bool,
 }
 
 /// The threads of a pool.
@@ -32,13 +33,16 @@ impl Pool {
     pub(super) fn here(Crew { threads, alone }: Crew) -> Result<Self> {
         // Nought is rayon's word for a thread a core.
         let threads = threads.map_or(0, NonZeroUsize::get);
-        rayon::ThreadPoolBuilder::new()
+        let threads = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .thread_name(|n| format!("inside-{n}"))
             .use_current_thread()
             .build()
-            .map(|threads| Self { threads, alone })
-            .map_err(|error| Error::usage(format!("{threads} threads cannot be had: {error}")))
+            .map_err(|error| Error::usage(format!("{threads} threads cannot be had: {error}")))?;
+        // Once, not for each frame: on Linux it reads several files.
+        let cores = thread::available_parallelism().map_or(1, NonZeroUsize::get);
+        let awake = alone && threads.current_num_threads() == 2 && cores >= 2;
+        Ok(Self { threads, awake })
     }
 
     /// As [`Pool::work`], for a job that asks for help again and again, each time for less than it takes to
@@ -49,8 +53,7 @@ impl Pool {
     /// With more threads one that waits in the middle of a piece of work might take up the staying awake of
     /// another, and that piece would never end.
     pub(super) fn work_awake<T: Send>(&self, job: impl FnOnce() -> T + Send) -> T {
-        let cores = thread::available_parallelism().map_or(1, NonZeroUsize::get);
-        if !self.alone || self.threads.current_num_threads() != 2 || cores < 2 {
+        if !self.awake {
             return self.work(job);
         }
         let done = AtomicBool::new(false);
