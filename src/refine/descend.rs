@@ -199,7 +199,7 @@ fn visit(surface: &Surface, v: u32, reach: i32, field: Field, out: &mut Visits) 
     }
     ring.sum_up(surface);
     let direction = (-gx / length, -gy / length);
-    let before: Cost = ring.links.iter().map(|&h| surface.cost[h as usize / 3]).sum();
+    let before = ring.cost(surface);
     let mut line = Line { ring, from, direction, slope: length, before, field };
     let (to, reach) = line.search(reach);
     if let Some(to) = to {

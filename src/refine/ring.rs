@@ -98,6 +98,11 @@ impl Ring {
         self.links.len()
     }
 
+    /// What the triangles cost as they are in the mesh: of a polygon around a vertex, its fan.
+    pub(super) fn cost(&self, surface: &Surface) -> Cost {
+        self.links.iter().map(|&h| surface.cost[h as usize / 3]).sum()
+    }
+
     /// The spokes, each once.
     pub(super) fn distinct_spokes(&self) -> &[Sums] {
         &self.spokes[..self.spokes.len() - usize::from(self.closed)]

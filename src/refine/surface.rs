@@ -40,6 +40,19 @@ pub(super) fn permute<const EACH: usize, T: Copy>(
     std::mem::swap(values, spare);
 }
 
+/// Fills `start` with where those of each of `vertices` begin once `keys` are in order, and where the last end:
+/// the first half of a counting sort.
+fn starts(start: &mut Vec<u32>, vertices: usize, keys: impl Iterator<Item = u32>) {
+    start.clear();
+    start.resize(vertices + 1, 0);
+    for v in keys {
+        start[v as usize + 1] += 1;
+    }
+    for v in 0..vertices {
+        start[v + 1] += start[v];
+    }
+}
+
 /// The mesh while it is refined. Half-edge `h` belongs to triangle `h / 3` and runs from its origin to
 /// the origin of the next one.
 #[derive(Debug)]
@@ -109,13 +122,8 @@ impl Surface {
         self.put_in_order();
         self.number(mesh);
         // Half-edges by origin: a counting sort.
-        let mut start = vec![0u32; self.at.len() + 1];
-        for &v in &self.origin {
-            start[v as usize + 1] += 1;
-        }
-        for v in 0..self.at.len() {
-            start[v + 1] += start[v];
-        }
+        let mut start = Vec::new();
+        starts(&mut start, self.at.len(), self.origin.iter().copied());
         let mut leaving = vec![0u32; self.origin.len()];
         let mut fill = start.clone();
         for (h, &v) in (0u32..).zip(&self.origin) {
@@ -360,14 +368,7 @@ impl Surface {
         // By the first corner with a counting sort; those that share it are few, but for a mesh all of whose
         // seeds lie on a line.
         let start = &mut self.spare;
-        start.clear();
-        start.resize(self.at.len() + 1, 0);
-        for t in canonical.clone() {
-            start[t[0] as usize + 1] += 1;
-        }
-        for v in 0..self.at.len() {
-            start[v + 1] += start[v];
-        }
+        starts(start, self.at.len(), canonical.clone().map(|t| t[0]));
         self.numbered.resize(triangles.len(), ([0; 3], 0));
         for (t, number) in canonical.zip(0..) {
             let at = &mut start[t[0] as usize];

@@ -128,7 +128,7 @@ impl Worth {
         }
         ring.sum_up(surface);
         let plan = closing.plan(ring, field.rows, field.weight);
-        let loss = |plan: &Plan| plan.cost + fan_cost(surface, ring).scaled(-1.0);
+        let loss = |plan: &Plan| plan.cost + ring.cost(surface).scaled(-1.0);
         let loss = plan.as_ref().map_or(Cost::INFINITE, loss);
         Candidate { vertex: v, loss: Some(loss), plan }
     }
@@ -163,8 +163,4 @@ fn most_loss(surface: &Surface, v: u32) -> f32 {
     });
     let together: f32 = sum.iter().map(|s| s * s).sum();
     if count > 0.0 { explained - together / count } else { 0.0 }
-}
-
-fn fan_cost(surface: &Surface, ring: &Ring) -> Cost {
-    ring.links.iter().map(|&h| surface.cost[h as usize / 3]).sum()
 }
