@@ -14,6 +14,11 @@ pub struct Carrier {
     from: Vec<Point>,
     ways: Vec<(f64, f64)>,
     tried: Vec<u8>,
+    /// The triangles of each vertex, those of vertex v from `begins[v]` to `begins[v + 1]`.
+    begins: Vec<u32>,
+    around: Vec<u32>,
+    /// Triangles that are to be looked at.
+    due: Due,
 }
 
 impl Carrier {
@@ -25,7 +30,8 @@ impl Carrier {
         if motion.is_rest() {
             return;
         }
-        let Self { from, ways, tried } = self;
+        self.link(mesh);
+        let Self { from, ways, tried, begins, around, due } = self;
         let size = mesh.size;
         from.clone_from(&mesh.vertices);
         ways.clear();
@@ -39,26 +45,87 @@ impl Carrier {
         for v in CORNERS..from.len() {
             mesh.vertices[v] = place(v, 0);
         }
+        due.clear(mesh.triangles.len());
+        (0..mesh.triangles.len()).filter(|&t| is_folded(mesh, t)).for_each(|t| due.mark(t));
         // Every round takes back at least one vertex of each broken triangle; when all three stay where
-        // they were the triangle is the sound one it was.
-        let mut broken = true;
-        while broken {
-            broken = false;
-            for t in 0..mesh.triangles.len() {
-                let [a, b, c] = mesh.triangle(t);
-                if orient(a, b, c) >= LEAST_AREA {
-                    continue;
-                }
-                for v in mesh.triangles[t].map(|v| v as usize) {
-                    if usize::from(tried[v]) < SHARES.len() && v >= CORNERS {
+        // they were the triangle is the sound one it was. A round goes through the triangles as they are
+        // numbered; what it breaks behind it is for the next one.
+        while let Some(first) = due.take(0) {
+            let mut next = Some(first);
+            while let Some(t) = next {
+                let corners = mesh.triangles[t].map(|v| v as usize);
+                let corners = is_folded(mesh, t).then_some(corners).into_iter().flatten();
+                for v in corners.filter(|&v| v >= CORNERS) {
+                    if usize::from(tried[v]) < SHARES.len() {
                         tried[v] += 1;
                         mesh.vertices[v] = place(v, tried[v]);
-                        broken = true;
+                        let here = &around[begins[v] as usize..begins[v + 1] as usize];
+                        here.iter().for_each(|&t| due.mark(t as usize));
                     }
                 }
+                next = due.take(t + 1);
             }
         }
     }
+
+    /// Finds the triangles of each vertex: a counting sort.
+    fn link(&mut self, mesh: &Mesh) {
+        let Self { begins, around, .. } = self;
+        let corners = || mesh.triangles.as_flattened().iter().map(|&v| v as usize);
+        // Each beginning stands one place further at first, and is counted up to where its own end, the
+        // next one's beginning, is.
+        begins.clear();
+        begins.resize(mesh.vertices.len() + 2, 0);
+        corners().for_each(|v| begins[v + 2] += 1);
+        for v in 2..begins.len() {
+            begins[v] += begins[v - 1];
+        }
+        around.resize(3 * mesh.triangles.len(), 0);
+        for (v, corner) in corners().zip(0u32..) {
+            let at = &mut begins[v + 1];
+            around[*at as usize] = corner / 3;
+            *at += 1;
+        }
+    }
+}
+
+/// A set of triangles by their numbers, a bit for each.
+#[derive(Clone, Debug, Default)]
+struct Due(Vec<u64>);
+
+impl Due {
+    /// Bits of a word.
+    const WORD: usize = u64::BITS as usize;
+
+    /// The empty set, of numbers below `count`.
+    fn clear(&mut self, count: usize) {
+        self.0.clear();
+        self.0.resize(count.div_ceil(Self::WORD), 0);
+    }
+
+    fn mark(&mut self, t: usize) {
+        self.0[t / Self::WORD] |= 1 << (t % Self::WORD);
+    }
+
+    /// Takes out the first that is not below `from`.
+    fn take(&mut self, from: usize) -> Option<usize> {
+        let mut wanted = !0 << (from % Self::WORD);
+        for (i, word) in self.0.iter_mut().enumerate().skip(from / Self::WORD) {
+            if *word & wanted != 0 {
+                let bit = (*word & wanted).trailing_zeros();
+                *word &= !(1 << bit);
+                return Some(i * Self::WORD + bit as usize);
+            }
+            wanted = !0;
+        }
+        None
+    }
+}
+
+/// Whether motion has folded triangle `t`: it has less than [`LEAST_AREA`].
+fn is_folded(mesh: &Mesh, t: usize) -> bool {
+    let [a, b, c] = mesh.triangle(t);
+    orient(a, b, c) < LEAST_AREA
 }
 
 /// A triangle that motion makes smaller than this, doubled and in (1/256 pixel)^2, counts as folded: a
@@ -123,6 +190,35 @@ mod tests {
         triangulate(SIZE, &seeds).expect("distinct seeds")
     }
 
+    /// As [`Carrier::carry`], all triangles being looked at in every round.
+    fn carry_slowly(mesh: &mut Mesh, motion: &Motion) {
+        let from = mesh.vertices.clone();
+        let mut tried = vec![0; from.len()];
+        let place = |v: usize, tried: usize| {
+            let share = SHARES.get(tried).copied().unwrap_or(0.0);
+            step(from[v], way(from[v], SIZE, motion), share, SIZE)
+        };
+        for v in CORNERS..from.len() {
+            mesh.vertices[v] = place(v, 0);
+        }
+        let mut broken = true;
+        while broken {
+            broken = false;
+            for t in 0..mesh.triangles.len() {
+                if !is_folded(mesh, t) {
+                    continue;
+                }
+                for v in mesh.triangles[t].map(|v| v as usize) {
+                    if tried[v] < SHARES.len() && v >= CORNERS {
+                        tried[v] += 1;
+                        mesh.vertices[v] = place(v, tried[v]);
+                        broken = true;
+                    }
+                }
+            }
+        }
+    }
+
     fn carried(shift: impl Fn(f64, f64) -> f64) -> (Mesh, Mesh) {
         let (a, b) = (picture(|_, _| 0.0), picture(shift));
         let (columns, rows) = blocks(&a);
@@ -130,6 +226,9 @@ mod tests {
         let before = mesh();
         let mut after = before.clone();
         Carrier::default().carry(&mut after, &motion);
+        let mut slowly = before.clone();
+        carry_slowly(&mut slowly, &motion);
+        assert_eq!(after, slowly);
         (before, after)
     }
 
