@@ -78,9 +78,24 @@ fn a_prepared_mesh_is_refined_as_a_new_one() {
     refiner.prepare(&prepared);
     let live = RefineOptions { steps: 1, ..RefineOptions::live() };
     let first = refiner.resume(&mut prepared, &frame, &live, None);
-    assert!(first.moved > 100, "nothing to tell");
+    assert!(first.moved > 25, "nothing to tell");
     assert_eq!(first, refine(&mut anew, &frame, &live));
     assert_eq!(prepared, anew);
+}
+
+/// What a step takes does not go with how much of the picture moves.
+#[test]
+fn a_step_of_a_running_video_moves_at_most_a_share_of_the_vertices() {
+    let frame = picture(Size::new(160, 120), 2, 40, true);
+    let moved = |running| {
+        let mut mesh = scattered(frame.size(), 900);
+        let live = RefineOptions { steps: 1, threshold: 0.0, running, ..RefineOptions::live() };
+        (refine(&mut mesh, &frame, &live).moved, mesh.vertices.len())
+    };
+    let (all, vertices) = moved(false);
+    assert!(2 * all > vertices, "hardly any of {vertices} has a way to go: {all}");
+    let (some, _) = moved(true);
+    assert!(some > vertices / 8 && some <= (0.3 * vertices as f64).ceil() as usize, "{some}");
 }
 
 fn refine_in(refiner: &mut Refiner, frame: &Frame, count: u32) {
