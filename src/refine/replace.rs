@@ -60,18 +60,22 @@ pub(super) fn replace(
     if most == 0 {
         return Vec::new();
     }
-    let planned = if field.closely { 2 * PLANNED } else { PLANNED };
-    worth.update(surface, rest, turn, most * planned, field);
+    let planned = most * if field.closely { 2 * PLANNED } else { PLANNED };
+    let mut worst = std::mem::take(&mut worth.worst);
+    let is_open = |&t: &u32| turn.has(t) && rest.allows_triangle(surface, t);
+    rayon::join(
+        || worth.update(surface, rest, turn, planned, field),
+        || find_worst(surface, errors, is_open, planned, &mut worst),
+    );
     let weight = field.weight;
     // Taking out costs, and putting in gains, whichever is worse of error and error with shape: so a
     // pair that pays pays in both.
     let leaving = worth.prices(weight);
-    let Some(&(price, _)) = leaving.first() else { return Vec::new() };
     // A triangle whose error is below the price cannot pay for a vertex.
-    let is_open =
-        |&t: &u32| turn.has(t) && errors.of(t) > price && rest.allows_triangle(surface, t);
-    worst(surface, errors, is_open, most * planned, &mut worth.worst);
-    let openings = openings(surface, rest, &worth.worst, field);
+    let price = leaving.first().map_or(f64::INFINITY, |&(price, _)| price);
+    let payers = worst.partition_point(|&(error, _)| error > price);
+    let openings = openings(surface, rest, &worst[..payers], field);
+    worth.worst = worst;
     let mut taken = std::mem::take(&mut worth.taken);
     taken.clear();
     taken.resize(surface.triangles(), false);
@@ -128,7 +132,7 @@ pub(super) fn replace(
 
 /// Fills `worst` with the errors and numbers of the `most` triangles of the largest error among those that
 /// are open, the worst first.
-fn worst(
+fn find_worst(
     surface: &Surface,
     errors: &Errors,
     is_open: impl Fn(&u32) -> bool,
