@@ -30,7 +30,6 @@ impl Carrier {
         if motion.is_rest() {
             return;
         }
-        self.link(mesh);
         let Self { from, ways, tried, begins, around, due } = self;
         let size = mesh.size;
         from.clone_from(&mesh.vertices);
@@ -47,45 +46,44 @@ impl Carrier {
         }
         due.clear(mesh.triangles.len());
         (0..mesh.triangles.len()).filter(|&t| is_folded(mesh, t)).for_each(|t| due.mark(t));
-        // Every round takes back at least one vertex of each broken triangle; when all three stay where
-        // they were the triangle is the sound one it was. A round goes through the triangles as they are
-        // numbered; what it breaks behind it is for the next one.
-        while let Some(first) = due.take(0) {
-            let mut next = Some(first);
-            while let Some(t) = next {
-                let corners = mesh.triangles[t].map(|v| v as usize);
-                let corners = is_folded(mesh, t).then_some(corners).into_iter().flatten();
-                for v in corners.filter(|&v| v >= CORNERS) {
-                    if usize::from(tried[v]) < SHARES.len() {
+        let mut next = due.take(0);
+        if next.is_some() {
+            link(mesh, begins, around);
+        }
+        // Every round, through the triangles as they are numbered, takes back at least one vertex of each
+        // folded triangle; when all three stay where they were the triangle is the sound one it was.
+        while let Some(t) = next {
+            if is_folded(mesh, t) {
+                for v in mesh.triangles[t].map(|v| v as usize) {
+                    if v >= CORNERS && usize::from(tried[v]) < SHARES.len() {
                         tried[v] += 1;
                         mesh.vertices[v] = place(v, tried[v]);
                         let here = &around[begins[v] as usize..begins[v + 1] as usize];
                         here.iter().for_each(|&t| due.mark(t as usize));
                     }
                 }
-                next = due.take(t + 1);
             }
+            next = due.take(t + 1).or_else(|| due.take(0));
         }
     }
+}
 
-    /// Finds the triangles of each vertex: a counting sort.
-    fn link(&mut self, mesh: &Mesh) {
-        let Self { begins, around, .. } = self;
-        let corners = || mesh.triangles.as_flattened().iter().map(|&v| v as usize);
-        // Each beginning stands one place further at first, and is counted up to where its own end, the
-        // next one's beginning, is.
-        begins.clear();
-        begins.resize(mesh.vertices.len() + 2, 0);
-        corners().for_each(|v| begins[v + 2] += 1);
-        for v in 2..begins.len() {
-            begins[v] += begins[v - 1];
-        }
-        around.resize(3 * mesh.triangles.len(), 0);
-        for (v, corner) in corners().zip(0u32..) {
-            let at = &mut begins[v + 1];
-            around[*at as usize] = corner / 3;
-            *at += 1;
-        }
+/// Finds the triangles `around` each vertex, and where those of each begin: a counting sort.
+fn link(mesh: &Mesh, begins: &mut Vec<u32>, around: &mut Vec<u32>) {
+    let corners = || mesh.triangles.as_flattened().iter().map(|&v| v as usize);
+    // Each beginning stands one place further at first, and is counted up to where its own end, the
+    // next one's beginning, is.
+    begins.clear();
+    begins.resize(mesh.vertices.len() + 2, 0);
+    corners().for_each(|v| begins[v + 2] += 1);
+    for v in 2..begins.len() {
+        begins[v] += begins[v - 1];
+    }
+    around.resize(3 * mesh.triangles.len(), 0);
+    for (v, corner) in corners().zip(0u32..) {
+        let at = &mut begins[v + 1];
+        around[*at as usize] = corner / 3;
+        *at += 1;
     }
 }
 

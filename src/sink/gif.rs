@@ -7,6 +7,8 @@
 //! GIF cannot make a pixel transparent again by drawing. Only the frame before can: by asking that
 //! its rectangle be cleared after it. So a frame is written when the next one is known.
 
+mod draw;
+
 use std::borrow::Cow;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -15,13 +17,14 @@ use std::path::Path;
 use gif::{DisposalMethod, EncodingError, Repeat};
 use rayon::prelude::*;
 
-use super::palette::{Lookup, MOST, Palette, Rgb, distance, distinct, rgb};
+use super::palette::{Lookup, MOST, Palette, Rgb, distinct};
 use super::place::Place;
 use super::still::nothing;
 use super::{Picture, Sink, SinkOptions};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Loops, Rational, Rgba, Span, StreamInfo};
+use crate::frame::{Frame, Loops, Memory, Rational, Rgba, Span, StreamInfo};
 use crate::geom::Size;
+use draw::draw_row;
 
 /// Pixels with less alpha are transparent.
 const THRESHOLD: u8 = 128;
@@ -40,6 +43,8 @@ pub(crate) struct Gif {
     size: Size,
     out: Option<Out>,
     waiting: Option<Waiting>,
+    /// Of the last picture, to be painted in again.
+    spent: Memory,
 }
 
 /// The encoder, which exists from the first frame on, and its palette.
@@ -74,6 +79,7 @@ impl Gif {
             size: info.size,
             out: None,
             waiting: None,
+            spent: Memory::default(),
         })
     }
 
@@ -198,7 +204,12 @@ impl Sink for Gif {
         let (palette, lookup) = Palette::next(&colours, self.palette.as_ref());
         self.waiting = Some(self.draw(&frame, &palette, &lookup, span));
         self.palette = Some(palette);
+        self.spent = frame.into_memory();
         Ok(())
+    }
+
+    fn spent(&mut self) -> Memory {
+        std::mem::take(&mut self.spent)
     }
 
     fn finish(mut self: Box<Self>) -> Result<()> {
@@ -210,48 +221,6 @@ impl Sink for Gif {
         drop(file);
         self.place.commit()
     }
-}
-
-/// Draws a row: the canvas gets what the viewer will see, `indices` what is written. Returns the
-/// range of changed pixels.
-fn draw_row(
-    pixels: &[Rgba],
-    canvas: &mut [Rgba],
-    indices: &mut [u8],
-    palette: &Palette,
-    lookup: &Lookup,
-) -> Option<(usize, usize)> {
-    let transparent = palette.colours().len() as u8;
-    indices.fill(transparent);
-    let (mut first, mut end, mut x) = (usize::MAX, 0, 0);
-    for run in pixels.chunk_by(|a, b| a == b) {
-        let places = x..x + run.len();
-        x = places.end;
-        // Where it must vanish, it has been cleared.
-        if run[0][3] < THRESHOLD {
-            continue;
-        }
-        let colour = rgb(run[0]);
-        let best = lookup.get(colour).unwrap_or_else(|| palette.nearest(colour));
-        let [r, g, b] = palette.colours()[best.index as usize];
-        let best_colour = [r, g, b, 255];
-        for (i, seen) in places.clone().zip(&mut canvas[places]) {
-            if *seen == best_colour {
-                // Where the colour has just been written, to go on with it packs better than to
-                // change to the transparent one.
-                if i > 0 && indices[i - 1] == best.index {
-                    indices[i] = best.index;
-                }
-                continue;
-            }
-            if seen[3] == 0 || distance(rgb(*seen), colour) > best.distance {
-                (*seen, indices[i]) = (best_colour, best.index);
-                first = first.min(i);
-                end = i + 1;
-            }
-        }
-    }
-    (end > 0).then_some((first, end))
 }
 
 impl Waiting {
@@ -389,5 +358,33 @@ mod tests {
         let span = |s| Span { start: Rational::new(s, 100), length: None };
         assert_eq!(clock.delay(span(0), Some(span(12))), 12);
         assert_eq!(clock.delay(span(12), None), 12, "the last one as long as the one before");
+    }
+
+    #[test]
+    fn the_memory_of_a_picture_is_given_back() {
+        let size = Size::new(6, 4);
+        let info = StreamInfo {
+            format: "gif".into(),
+            size,
+            frames: Some(1),
+            rate: None,
+            duration: None,
+            alpha: false,
+            still: false,
+            loops: Loops::Once,
+            audio: None,
+            live: false,
+            colour: None,
+        };
+        let dir = tempfile::tempdir().expect("a folder");
+        let path = dir.path().join("film.gif");
+        let mut sink = Gif::create(&path, &info, &SinkOptions::default()).expect("a place");
+        let frame = Frame::filled(size, [9, 8, 7, 255]).expect("a sound size");
+        let memory = frame.pixels().as_ptr();
+        let fills = vec![crate::frame::Fill { colour: [9, 8, 7, 255], area: 24 }];
+        let span = Span { start: Rational::ZERO, length: None };
+        sink.write(Picture { frame, fills, span }).expect("written");
+        assert_eq!(sink.spent().pixels.as_ptr(), memory);
+        assert!(sink.spent().is_empty(), "once");
     }
 }
