@@ -297,6 +297,26 @@ pub struct StreamInfo {
     pub colour: Option<Colorimetry>,
 }
 
+#[cfg(test)]
+impl StreamInfo {
+    /// A film of `size` of which nothing else is known.
+    pub(crate) fn of(size: Size) -> Self {
+        Self {
+            format: String::new(),
+            size,
+            frames: None,
+            rate: None,
+            duration: None,
+            alpha: false,
+            still: false,
+            loops: Loops::Once,
+            audio: None,
+            live: false,
+            colour: None,
+        }
+    }
+}
+
 /// A colour of a picture and the number of pixels that it covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fill {

@@ -363,19 +363,7 @@ mod tests {
     #[test]
     fn the_memory_of_a_picture_is_given_back() {
         let size = Size::new(6, 4);
-        let info = StreamInfo {
-            format: "gif".into(),
-            size,
-            frames: Some(1),
-            rate: None,
-            duration: None,
-            alpha: false,
-            still: false,
-            loops: Loops::Once,
-            audio: None,
-            live: false,
-            colour: None,
-        };
+        let info = StreamInfo::of(size);
         let dir = tempfile::tempdir().expect("a folder");
         let path = dir.path().join("film.gif");
         let mut sink = Gif::create(&path, &info, &SinkOptions::default()).expect("a place");

@@ -214,19 +214,8 @@ mod tests {
 
     fn info(range: Option<&str>) -> StreamInfo {
         let colour = Colorimetry { range: range.map(String::from), ..Colorimetry::default() };
-        StreamInfo {
-            format: String::new(),
-            size: Size::new(5, 3),
-            frames: None,
-            rate: Some(Rational::new(24000, 1001)),
-            duration: None,
-            alpha: false,
-            still: false,
-            loops: Loops::Once,
-            audio: None,
-            live: false,
-            colour: Some(colour),
-        }
+        let rate = Some(Rational::new(24000, 1001));
+        StreamInfo { rate, colour: Some(colour), ..StreamInfo::of(Size::new(5, 3)) }
     }
 
     fn picture(frame: Frame) -> Picture {
