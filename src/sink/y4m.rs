@@ -208,7 +208,7 @@ impl<W: Write + Send> Sink for Y4mSink<W> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{Frame, Loops, Span};
+    use crate::frame::{Frame, Span};
     use crate::source::Source;
     use crate::source::y4m::Y4mSource;
 
