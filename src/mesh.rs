@@ -212,6 +212,19 @@ impl Mesh {
     }
 }
 
+/// Fills `start` with where those of each of `vertices` begin once `keys` are in order, and where the last end:
+/// the first half of a counting sort.
+pub(crate) fn starts(start: &mut Vec<u32>, vertices: usize, keys: impl Iterator<Item = u32>) {
+    start.clear();
+    start.resize(vertices + 1, 0);
+    for v in keys {
+        start[v as usize + 1] += 1;
+    }
+    for v in 0..vertices {
+        start[v + 1] += start[v];
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,7 +9,7 @@ use super::rows::RowSums;
 use super::sums::{Sums, Total};
 use crate::frame::Fill;
 use crate::geom::{Point, Size, orient};
-use crate::mesh::{CORNERS, Mesh, Place};
+use crate::mesh::{CORNERS, Mesh, Place, starts};
 
 /// No half-edge: the other side of the frame's border.
 pub(super) const NONE: u32 = u32::MAX;
@@ -38,19 +38,6 @@ pub(super) fn permute<const EACH: usize, T: Copy>(
     let (triangles, _) = values.as_chunks::<EACH>();
     spare.extend(old.iter().flat_map(|&t| triangles[t as usize]));
     std::mem::swap(values, spare);
-}
-
-/// Fills `start` with where those of each of `vertices` begin once `keys` are in order, and where the last end:
-/// the first half of a counting sort.
-fn starts(start: &mut Vec<u32>, vertices: usize, keys: impl Iterator<Item = u32>) {
-    start.clear();
-    start.resize(vertices + 1, 0);
-    for v in keys {
-        start[v as usize + 1] += 1;
-    }
-    for v in 0..vertices {
-        start[v + 1] += start[v];
-    }
 }
 
 /// The mesh while it is refined. Half-edge `h` belongs to triangle `h / 3` and runs from its origin to

@@ -2,7 +2,7 @@
 
 use crate::flow::motion::Motion;
 use crate::geom::{Point, SUBPIXEL, Size, orient};
-use crate::mesh::{CORNERS, Mesh, Place};
+use crate::mesh::{CORNERS, Mesh, Place, starts};
 
 /// Shares of its way that a vertex tries, longest first; after the last it stays.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
@@ -14,8 +14,8 @@ pub struct Carrier {
     from: Vec<Point>,
     ways: Vec<(f64, f64)>,
     tried: Vec<u8>,
-    /// The triangles of each vertex, those of vertex v from `begins[v]` to `begins[v + 1]`.
-    begins: Vec<u32>,
+    /// The triangles of each vertex, those of vertex v from `ends[v - 1]` to `ends[v]`.
+    ends: Vec<u32>,
     around: Vec<u32>,
     /// Triangles that are to be looked at.
     due: Due,
@@ -30,7 +30,7 @@ impl Carrier {
         if motion.is_rest() {
             return;
         }
-        let Self { from, ways, tried, begins, around, due } = self;
+        let Self { from, ways, tried, ends, around, due } = self;
         let size = mesh.size;
         from.clone_from(&mesh.vertices);
         ways.clear();
@@ -48,7 +48,7 @@ impl Carrier {
         (0..mesh.triangles.len()).filter(|&t| is_folded(mesh, t)).for_each(|t| due.mark(t));
         let mut next = due.take(0);
         if next.is_some() {
-            link(mesh, begins, around);
+            link(mesh, ends, around);
         }
         // Every round, through the triangles as they are numbered, takes back at least one vertex of each
         // folded triangle; when all three stay where they were the triangle is the sound one it was.
@@ -58,7 +58,7 @@ impl Carrier {
                     if v >= CORNERS && usize::from(tried[v]) < SHARES.len() {
                         tried[v] += 1;
                         mesh.vertices[v] = place(v, tried[v]);
-                        let here = &around[begins[v] as usize..begins[v + 1] as usize];
+                        let here = &around[ends[v - 1] as usize..ends[v] as usize];
                         here.iter().for_each(|&t| due.mark(t as usize));
                     }
                 }
@@ -68,20 +68,14 @@ impl Carrier {
     }
 }
 
-/// Finds the triangles `around` each vertex, and where those of each begin: a counting sort.
-fn link(mesh: &Mesh, begins: &mut Vec<u32>, around: &mut Vec<u32>) {
-    let corners = || mesh.triangles.as_flattened().iter().map(|&v| v as usize);
-    // Each beginning stands one place further at first, and is counted up to where its own end, the
-    // next one's beginning, is.
-    begins.clear();
-    begins.resize(mesh.vertices.len() + 2, 0);
-    corners().for_each(|v| begins[v + 2] += 1);
-    for v in 2..begins.len() {
-        begins[v] += begins[v - 1];
-    }
+/// Finds the triangles `around` each vertex, and where those of each end, which is where the next one's begin.
+fn link(mesh: &Mesh, ends: &mut Vec<u32>, around: &mut Vec<u32>) {
+    let corners = mesh.triangles.as_flattened().iter().copied();
+    starts(ends, mesh.vertices.len(), corners.clone());
     around.resize(3 * mesh.triangles.len(), 0);
-    for (v, corner) in corners().zip(0u32..) {
-        let at = &mut begins[v + 1];
+    for (v, corner) in corners.zip(0u32..) {
+        // A start is counted up to the end.
+        let at = &mut ends[v as usize];
         around[*at as usize] = corner / 3;
         *at += 1;
     }

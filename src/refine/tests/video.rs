@@ -70,15 +70,15 @@ fn parts_of_a_step_get_as_far_as_steps() {
 /// A mesh for which there was no time yet is taken up as one that has just come.
 #[test]
 fn a_prepared_mesh_is_refined_as_a_new_one() {
-    let frame = picture(Size::new(120, 90), 2, 40, true);
+    let frame = picture(Size::new(160, 120), 2, 40, true);
     let mut refiner = Refiner::default();
     refine_in(&mut refiner, &frame, 200);
-    let mut prepared = scattered(frame.size(), 300);
+    let mut prepared = scattered(frame.size(), 900);
     let mut anew = prepared.clone();
     refiner.prepare(&prepared);
     let live = RefineOptions { steps: 1, ..RefineOptions::live() };
     let first = refiner.resume(&mut prepared, &frame, &live, None);
-    assert!(first.moved > 25, "nothing to tell");
+    assert!(first.moved > 100, "nothing to tell");
     assert_eq!(first, refine(&mut anew, &frame, &live));
     assert_eq!(prepared, anew);
 }
