@@ -209,7 +209,7 @@ impl Refiner {
         rayon::scope(|_| {
             self.rows.load(frame);
             self.surface.link(mesh);
-            self.surface.measure(&self.rows);
+            self.surface.measure(&self.rows, options.running);
             self.begin();
             self.run(mesh, frame, options, false, watch)
         })
@@ -269,7 +269,7 @@ impl Refiner {
                 carried
             };
             let ((), carried) = rayon::join(|| rows.load(frame), carry);
-            self.surface.measure(&self.rows);
+            self.surface.measure(&self.rows, options.running);
             let refined = self.run(mesh, frame, options, carried, None);
             if let Some(wanted) = wanted {
                 self.spent = wanted.into_memory();

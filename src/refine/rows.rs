@@ -3,9 +3,7 @@
 
 mod load;
 
-use super::mean::Mean;
 use super::sums::{NARROW, Sums, Total, unpack};
-use super::thin::Thin;
 use crate::frame::Frame;
 use crate::geom::{Point, SUBPIXEL, Size};
 use crate::scan::lanes::LaneSquares;
@@ -31,8 +29,9 @@ pub(super) struct RowSums {
     alpha: Vec<u32>,
     /// The squares of all channels of all pixels.
     squares: u64,
-    /// Some of the pixels, of opaque frames.
-    thin: Thin,
+    /// Squares of the pixels left of each column, of every second row from the first on of an opaque frame: two
+    /// rows lie together where four of `colour` do.
+    squares_before: Vec<u32>,
 }
 
 /// Rows that lie together.
@@ -50,7 +49,7 @@ impl Default for RowSums {
             colour: Vec::new(),
             alpha: Vec::new(),
             squares: 0,
-            thin: Thin::default(),
+            squares_before: Vec::new(),
         }
     }
 }
@@ -81,6 +80,40 @@ impl RowSums {
             });
         }
         sums
+    }
+
+    /// As [`RowSums::edge`], and the [thin](super::thin) sums, of a frame that [has](RowSums::has_thin) them.
+    #[inline(always)]
+    pub(super) fn edges(&self, from: Point, to: Point) -> [Sums; 2] {
+        if from.y <= to.y {
+            self.both_falling(from, to)
+        } else {
+            self.both_falling(to, from).map(|sums| -sums)
+        }
+    }
+
+    #[inline(always)]
+    fn both_falling(&self, upper: Point, lower: Point) -> [Sums; 2] {
+        let (mut all, mut thin) = (Sums::default(), Sums::default());
+        let first = self.starts.first().map_or(0, |&first| first as usize);
+        // No branch on which rows are thin: it would be foreseen wrongly once an edge.
+        let mut taken = if first_centre(upper.y) % 2 == 0 { u64::MAX } else { 0 };
+        self.crossings(
+            upper,
+            lower,
+            #[inline(always)]
+            |column, index| {
+                let (colour, squares) =
+                    (self.colour[index], self.squares_before[(index - first) / 2]);
+                let weight = u64::from(squares) << 32 | column as u64;
+                all.weight = all.weight.wrapping_add(column as u64);
+                all.colour = all.colour.wrapping_add(colour);
+                thin.weight = thin.weight.wrapping_add(weight & taken);
+                thin.colour = thin.colour.wrapping_add(colour & taken);
+                taken = !taken;
+            },
+        );
+        [all, thin]
     }
 
     /// Calls `visit` with the first column right of the edge and its entry's index, row by row.
@@ -172,9 +205,15 @@ impl RowSums {
         squares as f64
     }
 
-    /// The squared error of a triangle whose pixels have that `mean`, about: see [`Thin::error`].
-    pub(super) fn error_about(&self, triangle: [Point; 3], mean: &Mean) -> Option<f64> {
-        self.thin.error(triangle, mean)
+    /// Whether there are [thin](super::thin) sums: of opaque frames.
+    pub(super) fn has_thin(&self) -> bool {
+        !self.squares_before.is_empty()
+    }
+
+    /// Those of `triangle`.
+    pub(super) fn thin(&self, [a, b, c]: [Point; 3]) -> Sums {
+        let edge = |from, to| self.edges(from, to)[1];
+        edge(a, b) + edge(b, c) + edge(c, a)
     }
 
     /// The weighted sum over the pixels below `samples` points, evenly spaced between `from` and `to`,

@@ -50,12 +50,10 @@ impl Stepper {
     pub(super) fn forget(&mut self, vertices: usize) {
         self.descent.reset(vertices);
         self.worth.start_anew();
-        self.errors.forget();
     }
 
     /// The triangles have new numbers; `old` has those that they had.
     pub(super) fn renumber(&mut self, old: &[u32]) {
-        self.errors.renumber(old);
         self.rest.renumber(old);
     }
 
@@ -73,12 +71,12 @@ impl Stepper {
         } else {
             self.rest.reset(surface);
         }
-        self.start(surface, carried);
+        self.start(surface);
     }
 
-    fn start(&mut self, surface: &Surface, carried: bool) {
+    fn start(&mut self, surface: &Surface) {
         self.worth.reset(surface.at.len());
-        self.errors.begin(surface, carried);
+        self.errors.begin(surface);
         self.since = surface.clock;
     }
 
@@ -94,8 +92,7 @@ impl Stepper {
             self.rest.reset(surface);
         }
         self.rest.wake_some(surface, here, field);
-        // Of errors elsewhere nothing is kept up.
-        self.start(surface, false);
+        self.start(surface);
     }
 
     /// Re-places up to `most` vertices, not more than there are wrong places, and turns edges; none moves.

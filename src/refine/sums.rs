@@ -15,7 +15,8 @@ use crate::frame::{Fill, Rgba};
 /// other in a part, and have paid back in a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Sums {
-    /// Pixels in the lower half; alpha, in frames that are not opaque, in the upper one.
+    /// Pixels in the lower half; in the upper one alpha, in frames that are not opaque, or the squares of
+    /// [thin](super::thin) sums.
     pub(super) weight: u64,
     /// Premultiplied red, green and blue, [`FIELD`] bits each from the lowest.
     pub(super) colour: u64,

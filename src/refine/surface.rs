@@ -7,6 +7,7 @@ use super::mean::Mean;
 use super::nearby::Nearby;
 use super::rows::RowSums;
 use super::sums::{Sums, Total};
+use super::thin;
 use crate::frame::Fill;
 use crate::geom::{Point, Size, orient};
 use crate::mesh::{CORNERS, Mesh, Place, starts};
@@ -61,6 +62,9 @@ pub(super) struct Surface {
     pub(super) cost: Vec<Cost>,
     /// Its mean colour and number of pixels.
     pub(super) mean: Vec<Mean>,
+    /// About the squared error of each triangle of a running video as it was measured, in squared 8-bit steps;
+    /// infinite where that is not known.
+    pub(super) about: Vec<f32>,
     /// When each triangle last changed, in ticks of `clock`.
     pub(super) stamp: Vec<u32>,
     /// Counts passes over the mesh.
@@ -89,6 +93,7 @@ impl Default for Surface {
             sums: Vec::new(),
             cost: Vec::new(),
             mean: Vec::new(),
+            about: Vec::new(),
             stamp: Vec::new(),
             clock: 0,
             stored: Vec::new(),
@@ -198,43 +203,55 @@ impl Surface {
         }
     }
 
-    /// Sums and costs of all edges and triangles over a new frame.
-    pub(super) fn measure(&mut self, rows: &RowSums) {
-        let Self { at, origin, twin, sums, cost, mean, .. } = self;
+    /// Sums and costs of all edges and triangles over a new frame; on a `running` video also about their errors,
+    /// where `rows` has what tells them.
+    pub(super) fn measure(&mut self, rows: &RowSums, running: bool) {
+        let thinly = running && rows.has_thin();
+        let Self { at, origin, twin, sums, cost, mean, about, .. } = self;
+        let triangles = origin.len() / 3;
         sums.resize(origin.len(), Sums::default());
-        let packs = sums.par_chunks_mut(3 * PACK).zip(twin.par_chunks(3 * PACK));
-        packs.enumerate().for_each(|(pack, (sums, twins))| {
+        cost.resize(triangles, Cost::default());
+        mean.resize(triangles, Mean::default());
+        about.resize(triangles, f32::INFINITY);
+        let packs = sums.par_chunks_mut(3 * PACK).zip(cost.par_chunks_mut(PACK));
+        let packs = packs.zip(mean.par_chunks_mut(PACK).zip(about.par_chunks_mut(PACK)));
+        let place = |h: u32| at[origin[h as usize] as usize];
+        packs.enumerate().for_each(|(pack, ((sums, costs), (means, about)))| {
             let first = (pack * 3 * PACK) as u32;
-            for (h, &t) in (first..).zip(twins) {
-                // The lower number of the two does the work; NONE is the highest.
-                if h < t {
-                    let [from, to] = [h, next(h)].map(|h| at[origin[h as usize] as usize]);
-                    sums[(h - first) as usize] = rows.edge(from, to);
-                } else if t >= first {
-                    sums[(h - first) as usize] = -sums[(t - first) as usize];
+            let mut thins = [Sums::default(); PACK];
+            for i in 0..sums.len() {
+                let h = first + i as u32;
+                // Neighbours are close together: few of the twins lie in another pack.
+                let other = twin[h as usize].wrapping_sub(first) as usize;
+                if other < i {
+                    continue;
+                }
+                let (from, to) = (place(h), place(next(h)));
+                if !thinly {
+                    sums[i] = rows.edge(from, to);
+                } else {
+                    let thin;
+                    [sums[i], thin] = rows.edges(from, to);
+                    thins[i / 3] = thins[i / 3] + thin;
+                    if other < sums.len() {
+                        thins[other / 3] = thins[other / 3] - thin;
+                    }
+                }
+                if other < sums.len() {
+                    sums[other] = -sums[i];
                 }
             }
-        });
-        // Neighbours are close together: few of the twins lie in another pack.
-        for (pack, twins) in twin.chunks(3 * PACK).enumerate() {
-            let first = pack * 3 * PACK;
-            for (h, &t) in (first..).zip(twins).filter(|&(_, &t)| t < first as u32) {
-                sums[h] = -sums[t as usize];
-            }
-        }
-        cost.resize(origin.len() / 3, Cost::default());
-        mean.resize(origin.len() / 3, Mean::default());
-        let packs = cost.par_chunks_mut(PACK).zip(mean.par_chunks_mut(PACK));
-        packs.enumerate().for_each(|(pack, (costs, means))| {
-            for (t, (cost, mean)) in (pack * PACK..).zip(costs.iter_mut().zip(means)) {
-                let corner = |h: usize| at[origin[h] as usize];
-                let triangle = [corner(3 * t), corner(3 * t + 1), corner(3 * t + 2)];
-                let [a, b, c] = triangle;
-                let doubled = orient(a, b, c);
-                let sums = sums[3 * t] + sums[3 * t + 1] + sums[3 * t + 2];
-                let total = rows.total(&sums, doubled, triangle);
+            let (sums, _) = sums.as_chunks::<3>();
+            let each = costs.iter_mut().zip(means).zip(about).zip(sums.iter().zip(&thins));
+            for (t, (((cost, mean), about), (&[a, b, c], thin))) in (first / 3..).zip(each) {
+                let triangle = [3 * t, 3 * t + 1, 3 * t + 2].map(place);
+                let doubled = orient(triangle[0], triangle[1], triangle[2]);
+                let total = rows.total(&(a + b + c), doubled, triangle);
                 *cost = Cost::with(&total, doubled, triangle);
                 *mean = Mean::of(&total);
+                if thinly {
+                    *about = thin::error(*thin, mean.count);
+                }
             }
         });
     }

@@ -52,7 +52,7 @@ impl Refiner {
         self.prepare(mesh);
         if mesh.size == frame.size() {
             self.rows.load(frame);
-            self.surface.measure(&self.rows);
+            self.surface.measure(&self.rows, false);
             self.stepper.rest.lie_down(&self.surface);
         }
     }

@@ -6,21 +6,21 @@ use crate::frame::Rgba;
 pub(crate) const LANES: usize = 16;
 
 /// Calls `visit` with the first `count` pixels of `row`, which may go on, [`LANES`] at a time and in
-/// little-endian order, 0 after the last, and with a mask of those up to there.
+/// little-endian order, 0 after the last.
 #[inline(always)]
-fn each(row: &[Rgba], count: usize, mut visit: impl FnMut([u32; LANES], &[u32; LANES])) {
+fn each(row: &[Rgba], count: usize, mut visit: impl FnMut([u32; LANES])) {
     let mut done = 0;
     // One round for nearly all of them.
     while done < count {
         let mask = &MASKS[LANES.min(count - done)];
         // Not one call for both: then lanes would no longer become vectors.
         if let Some(lanes) = row[done..].first_chunk::<LANES>() {
-            visit(masked(lanes, mask), mask);
+            visit(masked(lanes, mask));
         } else {
             // The right border of the frame.
             let mut lanes = [[0; 4]; LANES];
             lanes[..count - done].copy_from_slice(&row[done..count]);
-            visit(masked(&lanes, mask), mask);
+            visit(masked(&lanes, mask));
         }
         done += LANES;
     }
@@ -32,52 +32,6 @@ fn masked(pixels: &[Rgba; LANES], mask: &[u32; LANES]) -> [u32; LANES] {
         #[inline(always)]
         |lane| u32::from_le_bytes(pixels[lane]) & mask[lane],
     )
-}
-
-/// Sums of the squares of what red, green and blue are off a colour, [`LANES`] pixels at a time, in 1/16. A
-/// lane holds those of 1300 pixels: 2^32 / (16 x 3 x 255^2).
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct LaneDeviations {
-    /// The colour, in quarters.
-    from: [i32; 3],
-    sums: [u32; LANES],
-}
-
-impl LaneDeviations {
-    /// From a `colour` of red, green and blue, 0 to 255, which is rounded to quarters.
-    #[inline(always)]
-    pub(crate) fn new(colour: [f32; 3]) -> Self {
-        Self { from: colour.map(|channel| (4.0 * channel + 0.5) as i32), sums: [0; LANES] }
-    }
-
-    /// Adds the first `count` pixels of `row`, which may go on.
-    #[inline(always)]
-    pub(crate) fn add(&mut self, row: &[Rgba], count: usize) {
-        let [r, g, b] = self.from;
-        let off = |quarters: u32, from: i32| {
-            let off = quarters as i32 - from;
-            (off * off) as u32
-        };
-        each(
-            row,
-            count,
-            #[inline(always)]
-            |pixels, mask| {
-                for ((sum, pixel), mask) in self.sums.iter_mut().zip(pixels).zip(mask) {
-                    let (red, green, blue) =
-                        (pixel << 2 & 0x3fc, pixel >> 6 & 0x3fc, pixel >> 14 & 0x3fc);
-                    *sum += (off(red, r) + off(green, g) + off(blue, b)) & mask;
-                }
-            },
-        );
-    }
-
-    /// The sum of all, which begins anew.
-    #[inline(always)]
-    pub(crate) fn take(&mut self) -> u64 {
-        let sums = std::mem::take(&mut self.sums);
-        sums.iter().map(|&v| u64::from(v)).sum()
-    }
 }
 
 /// Sums of opaque pixels, [`LANES`] at a time.
@@ -123,7 +77,7 @@ impl LaneSums {
             row,
             count,
             #[inline(always)]
-            |pixels, _| {
+            |pixels| {
                 for lane in 0..LANES {
                     self.red_blue[lane] += pixels[lane] & 0x00ff_00ff;
                     self.green[lane] += pixels[lane] >> 8 & 0xff;
@@ -160,7 +114,7 @@ impl LaneSquares {
             row,
             count,
             #[inline(always)]
-            |pixels, _| {
+            |pixels| {
                 for (sum, pixel) in self.0.iter_mut().zip(pixels) {
                     let (r, g, b) = (pixel & 0xff, pixel >> 8 & 0xff, pixel >> 16 & 0xff);
                     *sum += r * r + g * g + b * b;
@@ -211,20 +165,6 @@ mod tests {
             let square = |&v: &u8| u64::from(v) * u64::from(v);
             let slow = pixels[first..first + count].iter().flat_map(|p| p[..3].iter().map(square));
             assert_eq!(squares.total(), slow.sum::<u64>(), "{count} from {first}");
-        }
-    }
-
-    #[test]
-    fn deviations_are_those_of_the_pixels() {
-        let pixels = row(40);
-        let colour = [17.25, 130.5, 254.75];
-        for (first, count) in [(0, 0), (3, 5), (0, 16), (2, 38), (30, 10), (39, 1)] {
-            let mut deviations = LaneDeviations::new(colour.map(|c| c as f32));
-            deviations.add(&pixels[first..], count);
-            let off = |p: &Rgba| (0..3).map(|c| (f64::from(p[c]) - colour[c]).powi(2)).sum::<f64>();
-            let slow: f64 = pixels[first..first + count].iter().map(off).sum();
-            assert_eq!(deviations.take() as f64 / 16.0, slow, "{count} from {first}");
-            assert_eq!(deviations.take(), 0);
         }
     }
 

@@ -6,9 +6,8 @@ use rayon::prelude::*;
 
 use super::{EXTENT, LINE, RowSums, TOGETHER};
 use crate::frame::{Frame, Rgba};
-use crate::geom::SUBPIXEL;
+use crate::geom::{MAX_SIDE, SUBPIXEL};
 use crate::refine::sums::pack;
-use crate::refine::thin;
 use crate::scan::lanes::LaneSquares;
 use crate::vector::widest;
 
@@ -39,17 +38,17 @@ impl RowSums {
             let rows = groups.start * TOGETHER..height.min(groups.end * TOGETHER);
             let colour = &mut colour[groups.start * group..groups.end * group];
             let width = size.width as usize;
-            let with =
-                colour.par_chunks_mut(group).zip(self.thin.rows_mut(size, rows.clone(), TOGETHER));
+            self.squares_before.resize(entries / 2, 0);
+            let thin = &mut self.squares_before[groups.start * group / 2..groups.end * group / 2];
+            let with = colour.par_chunks_mut(group).zip(thin.par_chunks_mut(group / 2));
             self.squares = frame.pass_over(rows, TOGETHER, with, |pixels, (colour, thin)| {
-                thin::take(pixels, width, thin);
                 let counted = pixels.len() / width;
                 // Below the frame the last row stands in for those that nobody asks for.
                 let row = |i: usize| &pixels[i.min(counted - 1) * width..][..width];
-                sum_opaque([row(0), row(1), row(2), row(3)], counted, colour)
+                sum_opaque([row(0), row(1), row(2), row(3)], counted, colour, thin)
             });
         } else {
-            self.thin.clear();
+            self.squares_before.clear();
             self.alpha.resize(entries + LINE, 0);
             let alpha = self.alpha[aligned..aligned + entries].par_chunks_mut(group);
             let squares = colour.par_chunks_mut(group).zip(alpha).enumerate().map(
@@ -68,9 +67,10 @@ impl RowSums {
 
 /// Writes the running sums of four opaque rows, which lie together, and returns the squares of the
 /// pixels of the first `counted` of them.
-fn sum_opaque(rows: [&[Rgba]; TOGETHER], counted: usize, out: &mut [u64]) -> u64 {
+fn sum_opaque(rows: [&[Rgba]; TOGETHER], counted: usize, out: &mut [u64], thin: &mut [u32]) -> u64 {
     let [a, b, c, d] = rows;
     let (out, _) = out.as_chunks_mut::<TOGETHER>();
+    let (thin, _) = thin.as_chunks_mut::<2>();
     widest(
         #[inline(always)]
         || {
@@ -84,13 +84,43 @@ fn sum_opaque(rows: [&[Rgba]; TOGETHER], counted: usize, out: &mut [u64]) -> u64
                 }
             }
             out[a.len()] = sums;
-            let mut squares = LaneSquares::default();
-            for row in &rows[..counted] {
-                squares.add(row, row.len());
+            let squares = sum_squares(a, c, thin);
+            let mut others = LaneSquares::default();
+            for row in rows[..counted].iter().skip(1).step_by(2) {
+                others.add(row, row.len());
             }
-            squares.total()
+            squares.iter().take(counted.div_ceil(2)).map(|&sum| u64::from(sum)).sum::<u64>()
+                + others.total()
         },
     )
+}
+
+/// Writes the running sums of the squares of the pixels of two rows, which lie together, and returns the last.
+#[inline(always)]
+fn sum_squares(a: &[Rgba], b: &[Rgba], out: &mut [[u32; 2]]) -> [u32; 2] {
+    // First squares, as vectors, then their sums.
+    const PIECE: usize = 64;
+    const { assert!(MAX_SIDE as u64 * 3 * 255 * 255 <= u32::MAX as u64) };
+    let mut sums = [0; 2];
+    let mut squares = [[0; 2]; PIECE];
+    for ((a, b), out) in a.chunks(PIECE).zip(b.chunks(PIECE)).zip(out.chunks_mut(PIECE)) {
+        for (squares, (&a, &b)) in squares.iter_mut().zip(a.iter().zip(b)) {
+            *squares = [square(a), square(b)];
+        }
+        for (out, squares) in out[..a.len()].iter_mut().zip(&squares) {
+            *out = sums;
+            sums = [sums[0] + squares[0], sums[1] + squares[1]];
+        }
+    }
+    out[a.len()] = sums;
+    sums
+}
+
+#[inline(always)]
+fn square(pixel: Rgba) -> u32 {
+    let pixel = u32::from_le_bytes(pixel);
+    let (r, g, b) = (pixel & 0xff, pixel >> 8 & 0xff, pixel >> 16 & 0xff);
+    r * r + g * g + b * b
 }
 
 /// The same for one row with alpha: colours are multiplied by it, rounded to the nearest, so that they

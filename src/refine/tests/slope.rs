@@ -29,7 +29,7 @@ fn force_and_slope(chance: u32) -> ([f64; 2], [f64; 2]) {
     let mut refiner = Refiner::default();
     refiner.rows.load(&frame);
     refiner.surface.link(&mesh);
-    refiner.surface.measure(&refiner.rows);
+    refiner.surface.measure(&refiner.rows, false);
     let mut ring = Ring::default();
     ring.surround(&refiner.surface, CORNERS as u32);
     ring.sum_up(&refiner.surface);
