@@ -1,22 +1,18 @@
 //! The mesh while it is refined: half-edges that carry the pixel sums, triangles that carry their cost.
 
-use rayon::prelude::*;
+mod measure;
 
 use super::cost::Cost;
 use super::mean::Mean;
 use super::nearby::Nearby;
 use super::rows::RowSums;
 use super::sums::{Sums, Total};
-use super::thin;
 use crate::frame::Fill;
 use crate::geom::{Point, Size, orient};
 use crate::mesh::{CORNERS, Mesh, Place, starts};
 
 /// No half-edge: the other side of the frame's border.
 pub(super) const NONE: u32 = u32::MAX;
-
-/// Triangles that are one piece of work.
-const PACK: usize = 256;
 
 /// The next half-edge around the triangle.
 pub(super) const fn next(h: u32) -> u32 {
@@ -200,81 +196,6 @@ impl Surface {
             let at = &mut start[t[0] as usize];
             triangles[*at as usize] = *t;
             *at += 1;
-        }
-    }
-
-    /// Sums and costs of all edges and triangles over a new frame; on a `running` video also about their errors,
-    /// where `rows` has what tells them.
-    pub(super) fn measure(&mut self, rows: &RowSums, running: bool) {
-        let thinly = running && rows.has_thin();
-        let Self { at, origin, twin, sums, cost, mean, about, .. } = self;
-        let triangles = origin.len() / 3;
-        sums.resize(origin.len(), Sums::default());
-        cost.resize(triangles, Cost::default());
-        mean.resize(triangles, Mean::default());
-        about.resize(triangles, f32::INFINITY);
-        let packs = sums.par_chunks_mut(3 * PACK).zip(cost.par_chunks_mut(PACK));
-        let packs = packs.zip(mean.par_chunks_mut(PACK).zip(about.par_chunks_mut(PACK)));
-        let place = |h: u32| at[origin[h as usize] as usize];
-        packs.enumerate().for_each(|(pack, ((sums, costs), (means, about)))| {
-            let first = (pack * 3 * PACK) as u32;
-            let mut thins = [Sums::default(); PACK];
-            for i in 0..sums.len() {
-                let h = first + i as u32;
-                // Neighbours are close together: few of the twins lie in another pack.
-                let other = twin[h as usize].wrapping_sub(first) as usize;
-                if other < i {
-                    continue;
-                }
-                let (from, to) = (place(h), place(next(h)));
-                if !thinly {
-                    sums[i] = rows.edge(from, to);
-                } else {
-                    let thin;
-                    [sums[i], thin] = rows.edges(from, to);
-                    thins[i / 3] = thins[i / 3] + thin;
-                    if other < sums.len() {
-                        thins[other / 3] = thins[other / 3] - thin;
-                    }
-                }
-                if other < sums.len() {
-                    sums[other] = -sums[i];
-                }
-            }
-            let (sums, _) = sums.as_chunks::<3>();
-            let each = costs.iter_mut().zip(means).zip(about).zip(sums.iter().zip(&thins));
-            for (t, (((cost, mean), about), (&[a, b, c], thin))) in (first / 3..).zip(each) {
-                let triangle = [3 * t, 3 * t + 1, 3 * t + 2].map(place);
-                let doubled = orient(triangle[0], triangle[1], triangle[2]);
-                let total = rows.total(&(a + b + c), doubled, triangle);
-                *cost = Cost::with(&total, doubled, triangle);
-                *mean = Mean::of(&total);
-                if thinly {
-                    *about = thin::error(*thin, mean.count);
-                }
-            }
-        });
-    }
-
-    /// The same of those triangles that are `here`; the others keep what they had.
-    pub(super) fn measure_some(&mut self, rows: &RowSums, here: &[bool]) {
-        self.sums.resize(self.origin.len(), Sums::default());
-        self.cost.resize(here.len(), Cost::default());
-        self.mean.resize(here.len(), Mean::default());
-        let triangles = || (0..).zip(here).filter(|(_, here)| **here).map(|(t, _)| t);
-        for h in triangles().flat_map(|t| 3 * t..3 * t + 3) {
-            let twin = self.twin[h as usize];
-            // The lower number of the two does the work, or the only one; NONE is the highest.
-            if h < twin || !here[twin as usize / 3] {
-                self.set_sums(h, rows.edge(self.place(h), self.place(next(h))));
-            }
-        }
-        for t in triangles() {
-            let triangle = self.corners(t);
-            let [a, b, c] = triangle;
-            let total = self.total(rows, t);
-            self.cost[t as usize] = Cost::with(&total, orient(a, b, c), triangle);
-            self.mean[t as usize] = Mean::of(&total);
         }
     }
 

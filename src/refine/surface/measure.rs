@@ -1,0 +1,147 @@
+//! Sums, costs and errors of a mesh over a new frame.
+
+use rayon::prelude::*;
+
+use super::{Surface, next};
+use crate::geom::{Point, orient};
+use crate::refine::cost::Cost;
+use crate::refine::mean::Mean;
+use crate::refine::rows::RowSums;
+use crate::refine::sums::Sums;
+use crate::refine::thin;
+
+/// Triangles that are one piece of work.
+const PACK: usize = 256;
+
+impl Surface {
+    /// Sums and costs of all edges and triangles over a new frame; on a `running` video also about their errors,
+    /// where `rows` has what tells them.
+    pub(in crate::refine) fn measure(&mut self, rows: &RowSums, running: bool) {
+        let thinly = running && rows.has_thin();
+        let Self { at, origin, twin, sums, cost, mean, about, .. } = self;
+        let triangles = origin.len() / 3;
+        sums.resize(origin.len(), Sums::default());
+        cost.resize(triangles, Cost::default());
+        mean.resize(triangles, Mean::default());
+        about.resize(triangles, f32::INFINITY);
+        let packs = sums.par_chunks_mut(3 * PACK).zip(cost.par_chunks_mut(PACK));
+        let packs = packs.zip(mean.par_chunks_mut(PACK).zip(about.par_chunks_mut(PACK)));
+        let place = |h: u32| at[origin[h as usize] as usize];
+        packs.enumerate().for_each(|(pack, ((sums, costs), (means, about)))| {
+            let first = (pack * 3 * PACK) as u32;
+            let thins = sum_up(rows, thinly, first, twin, place, sums);
+            let (sums, _) = sums.as_chunks::<3>();
+            let triangles = costs.iter_mut().zip(&mut *means).zip(sums);
+            for (t, ((cost, mean), &[a, b, c])) in (first / 3..).zip(triangles) {
+                let triangle = [3 * t, 3 * t + 1, 3 * t + 2].map(place);
+                let doubled = orient(triangle[0], triangle[1], triangle[2]);
+                let total = rows.total(&(a + b + c), doubled, triangle);
+                *cost = Cost::with(&total, doubled, triangle);
+                *mean = Mean::of(&total);
+            }
+            if thinly {
+                for ((about, mean), thin) in about.iter_mut().zip(means).zip(thins) {
+                    *about = thin::error(thin, mean.count);
+                }
+            }
+        });
+    }
+
+    /// The same of those triangles that are `here`; the others keep what they had.
+    pub(in crate::refine) fn measure_some(&mut self, rows: &RowSums, here: &[bool]) {
+        self.sums.resize(self.origin.len(), Sums::default());
+        self.cost.resize(here.len(), Cost::default());
+        self.mean.resize(here.len(), Mean::default());
+        let triangles = || (0..).zip(here).filter(|(_, here)| **here).map(|(t, _)| t);
+        for h in triangles().flat_map(|t| 3 * t..3 * t + 3) {
+            let twin = self.twin[h as usize];
+            // The lower number of the two does the work, or the only one; NONE is the highest.
+            if h < twin || !here[twin as usize / 3] {
+                self.set_sums(h, rows.edge(self.place(h), self.place(next(h))));
+            }
+        }
+        for t in triangles() {
+            let triangle = self.corners(t);
+            let [a, b, c] = triangle;
+            let total = self.total(rows, t);
+            self.cost[t as usize] = Cost::with(&total, orient(a, b, c), triangle);
+            self.mean[t as usize] = Mean::of(&total);
+        }
+    }
+}
+
+/// Writes the `sums` of a pack's half-edges from the `first` on, whose `twin`s are told; `place` has where each
+/// begins. Returns the [thin] sums of its triangles if they are wanted.
+#[inline(always)]
+fn sum_up(
+    rows: &RowSums,
+    thinly: bool,
+    first: u32,
+    twin: &[u32],
+    place: impl Fn(u32) -> Point,
+    sums: &mut [Sums],
+) -> [Sums; PACK] {
+    let mut thins = [Sums::default(); PACK];
+    for i in 0..sums.len() {
+        let h = first + i as u32;
+        // Neighbours are close together: few of the twins lie in another pack, and are summed there once more.
+        let other = twin[h as usize].wrapping_sub(first) as usize;
+        if other < i {
+            continue;
+        }
+        let (from, to) = (place(h), place(next(h)));
+        if thinly {
+            let thin;
+            [sums[i], thin] = rows.edges(from, to);
+            thins[i / 3] = thins[i / 3] + thin;
+            if other < sums.len() {
+                thins[other / 3] = thins[other / 3] - thin;
+            }
+        } else {
+            sums[i] = rows.edge(from, to);
+        }
+        if other < sums.len() {
+            sums[other] = -sums[i];
+        }
+    }
+    thins
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Size;
+    use crate::refine::tests::{picture, scattered};
+
+    /// Of a mesh of several packs, against each half-edge and triangle by itself.
+    #[test]
+    fn what_is_measured_together_is_what_each_has_alone() {
+        for (opaque, running) in [(true, true), (true, false), (false, true)] {
+            let frame = picture(Size::new(201, 150), 5, 60, opaque);
+            let mut rows = RowSums::default();
+            rows.load(&frame);
+            let mut surface = Surface::default();
+            surface.link(&scattered(frame.size(), 500));
+            assert!(surface.triangles() > 3 * PACK);
+            surface.measure(&rows, running);
+            let mut told = 0;
+            for t in 0..surface.triangles() as u32 {
+                for h in 3 * t..3 * t + 3 {
+                    let alone = rows.edge(surface.place(h), surface.place(next(h)));
+                    assert_eq!(surface.sums[h as usize], alone);
+                }
+                let corners = surface.corners(t);
+                let mean = Mean::of(&rows.wide(corners));
+                assert_eq!(surface.mean[t as usize], mean);
+                let about = if running && opaque {
+                    thin::error(rows.thin(corners), mean.count)
+                } else {
+                    f32::INFINITY
+                };
+                assert_eq!(surface.about[t as usize], about);
+                told += usize::from(about.is_finite());
+            }
+            assert_eq!(told > surface.triangles() / 2, running && opaque, "{told}");
+        }
+    }
+}
