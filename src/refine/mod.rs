@@ -341,7 +341,7 @@ impl Refiner {
 fn gather(surface: &mut Surface, stepper: &mut Stepper, scattered: &mut usize) {
     if *scattered * GATHERED >= surface.at.len() {
         *scattered = 0;
-        stepper.renumber(surface.renumber());
+        stepper.rest.renumber(surface.renumber());
     }
 }
 

@@ -52,11 +52,6 @@ impl Stepper {
         self.worth.start_anew();
     }
 
-    /// The triangles have new numbers; `old` has those that they had.
-    pub(super) fn renumber(&mut self, old: &[u32]) {
-        self.rest.renumber(old);
-    }
-
     /// A new frame. `carried` says that triangles and half-edges are those of the frame before; then time
     /// passes for the vertices of `share`.
     pub(super) fn begin(

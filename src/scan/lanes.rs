@@ -101,6 +101,13 @@ impl LaneSums {
     }
 }
 
+/// The squares of red, green and blue of a pixel in little-endian order, together.
+#[inline(always)]
+pub(crate) const fn square(pixel: u32) -> u32 {
+    let (r, g, b) = (pixel & 0xff, pixel >> 8 & 0xff, pixel >> 16 & 0xff);
+    r * r + g * g + b * b
+}
+
 /// Sums of the squares of red, green and blue, [`LANES`] pixels at a time. A lane holds those of 22,000
 /// pixels: 2^32 / (3 x 255^2).
 #[derive(Clone, Copy, Debug, Default)]
@@ -116,8 +123,7 @@ impl LaneSquares {
             #[inline(always)]
             |pixels| {
                 for (sum, pixel) in self.0.iter_mut().zip(pixels) {
-                    let (r, g, b) = (pixel & 0xff, pixel >> 8 & 0xff, pixel >> 16 & 0xff);
-                    *sum += r * r + g * g + b * b;
+                    *sum += square(pixel);
                 }
             },
         );

@@ -8,7 +8,7 @@ use super::{EXTENT, LINE, RowSums, TOGETHER};
 use crate::frame::{Frame, Rgba};
 use crate::geom::{MAX_SIDE, SUBPIXEL};
 use crate::refine::sums::pack;
-use crate::scan::lanes::LaneSquares;
+use crate::scan::lanes::{LaneSquares, square};
 use crate::vector::widest;
 
 impl RowSums {
@@ -105,7 +105,7 @@ fn sum_squares(a: &[Rgba], b: &[Rgba], out: &mut [[u32; 2]]) -> [u32; 2] {
     let mut squares = [[0; 2]; PIECE];
     for ((a, b), out) in a.chunks(PIECE).zip(b.chunks(PIECE)).zip(out.chunks_mut(PIECE)) {
         for (squares, (&a, &b)) in squares.iter_mut().zip(a.iter().zip(b)) {
-            *squares = [square(a), square(b)];
+            *squares = [a, b].map(|pixel| square(u32::from_le_bytes(pixel)));
         }
         for (out, squares) in out[..a.len()].iter_mut().zip(&squares) {
             *out = sums;
@@ -114,13 +114,6 @@ fn sum_squares(a: &[Rgba], b: &[Rgba], out: &mut [[u32; 2]]) -> [u32; 2] {
     }
     out[a.len()] = sums;
     sums
-}
-
-#[inline(always)]
-fn square(pixel: Rgba) -> u32 {
-    let pixel = u32::from_le_bytes(pixel);
-    let (r, g, b) = (pixel & 0xff, pixel >> 8 & 0xff, pixel >> 16 & 0xff);
-    r * r + g * g + b * b
 }
 
 /// The same for one row with alpha: colours are multiplied by it, rounded to the nearest, so that they
