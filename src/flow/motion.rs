@@ -176,15 +176,29 @@ pub fn block_differences(a: &Small, b: &Small) -> Vec<f32> {
         .collect()
 }
 
+/// The mean of each block of a small picture, 0..255, row by row.
+pub fn block_means(small: &Small) -> Vec<f32> {
+    let mean = |place| {
+        let window = Window::new(small.plane().size(), place);
+        sum(&window.look(small.plane(), [0.0; 2])) / window.count() as f32
+    };
+    places(small).map(mean).collect()
+}
+
 /// How well `motion` explains `to`: for each block the correlation, -1..1, of what stood there in
-/// `from` with where it went; `None` for blocks without texture in either.
+/// `from` with where it went; `None` for blocks without texture in either, or [burnt out](BURNT) in one.
 pub fn block_correlations(from: &Small, to: &Small, motion: &Motion) -> Vec<Option<f32>> {
     let correlation = |(place, vector): ((usize, usize), &[f32; 2])| {
         let window = Window::new(from.plane().size(), place);
-        let grain = GRAIN * window.count() as f32;
-        let a = centred(window, from.plane(), [0.0; 2]);
-        let b = centred(window, to.plane(), vector.map(|v| v / from.factor as f32));
+        let count = window.count() as f32;
+        let a = window.look(from.plane(), [0.0; 2]);
+        let b = window.look(to.plane(), vector.map(|v| v / from.factor as f32));
+        if sum(&a).max(sum(&b)) > BURNT * count {
+            return None;
+        }
+        let (a, b) = (centred(window, a), centred(window, b));
         let (aa, bb, ab) = (dot(&a, &a), dot(&b, &b), dot(&a, &b));
+        let grain = GRAIN * count;
         (aa.max(bb) > grain).then(|| ab / (aa.max(grain) * bb.max(grain)).sqrt())
     };
     places(from).zip(&motion.vectors).map(correlation).collect()
@@ -197,7 +211,7 @@ pub fn textured(small: &Small) -> usize {
             #[inline(always)]
             || {
                 let window = Window::new(small.plane().size(), place);
-                let values = centred(window, small.plane(), [0.0; 2]);
+                let values = centred(window, window.look(small.plane(), [0.0; 2]));
                 dot(&values, &values) > GRAIN * window.count() as f32
             },
         )
@@ -208,16 +222,18 @@ pub fn textured(small: &Small) -> usize {
 /// Below this variance, in squared levels, there is grain, not texture.
 const GRAIN: f32 = 4.0;
 
+/// Above this mean luma a block is burnt out, by a flash perhaps: what was there cannot be told any more.
+const BURNT: f32 = 250.0;
+
 /// Where the blocks begin, row by row.
 fn places(small: &Small) -> impl Iterator<Item = (usize, usize)> {
     let (columns, rows) = blocks(small);
     rows.into_iter().flat_map(move |y| columns.clone().into_iter().map(move |x| (x, y)))
 }
 
-/// What `window` shows of `plane`, a vector further, less its mean.
+/// The `values` that `window` shows, less their mean.
 #[inline(always)]
-fn centred(window: Window, plane: &Plane<f32>, vector: [f32; 2]) -> [f32; PATCH * PATCH] {
-    let mut values = window.look(plane, vector);
+fn centred(window: Window, mut values: [f32; PATCH * PATCH]) -> [f32; PATCH * PATCH] {
     let mean = sum(&values) / window.count() as f32;
     values[..window.count()].iter_mut().for_each(|v| *v -= mean);
     values
