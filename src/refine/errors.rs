@@ -79,13 +79,8 @@ impl Errors {
 /// That of triangle `t`; on a [running](super::RefineOptions::running) video an estimate from every second row,
 /// which is enough to tell large errors from small ones. `as_measured` says that it has not changed since.
 #[inline]
-fn error_of(
-    surface: &Surface,
-    t: u32,
-    as_measured: bool,
-    Field { rows, frame, running, .. }: Field,
-) -> f64 {
-    if running && rows.has_thin() {
+fn error_of(surface: &Surface, t: u32, as_measured: bool, Field { rows, frame, .. }: Field) -> f64 {
+    if rows.has_thin() {
         let pixels = surface.mean[t as usize].count;
         let anew = || thin::error(rows.thin(surface.corners(t)), pixels);
         let about = if as_measured { surface.about[t as usize] } else { anew() };

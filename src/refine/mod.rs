@@ -207,9 +207,9 @@ impl Refiner {
             return Refined::default();
         }
         rayon::scope(|_| {
-            self.rows.load(frame);
+            self.rows.load(frame, options.running);
             self.surface.link(mesh);
-            self.surface.measure(&self.rows, options.running);
+            self.surface.measure(&self.rows);
             self.begin();
             self.run(mesh, frame, options, false, watch)
         })
@@ -268,8 +268,8 @@ impl Refiner {
                 }
                 carried
             };
-            let ((), carried) = rayon::join(|| rows.load(frame), carry);
-            self.surface.measure(&self.rows, options.running);
+            let ((), carried) = rayon::join(|| rows.load(frame, options.running), carry);
+            self.surface.measure(&self.rows);
             let refined = self.run(mesh, frame, options, carried, None);
             if let Some(wanted) = wanted {
                 self.spent = wanted.into_memory();

@@ -51,8 +51,8 @@ impl Refiner {
     pub fn take_up(&mut self, mesh: &Mesh, frame: &Frame) {
         self.prepare(mesh);
         if mesh.size == frame.size() {
-            self.rows.load(frame);
-            self.surface.measure(&self.rows, false);
+            self.rows.load(frame, false);
+            self.surface.measure(&self.rows);
             self.stepper.rest.lie_down(&self.surface);
         }
     }
@@ -84,7 +84,7 @@ impl Refiner {
             let read = cell_rows(frame.size(), surface.triangles()).chain([wanted.clone()]);
             let some = frame.with_rows(read, &mut spent.pixels);
             let frame = some.as_ref().unwrap_or(frame);
-            rows.load_rows(frame, wanted);
+            rows.load_rows(frame, wanted, false);
             surface.measure_some(rows, &here);
             let still = RefineOptions { running: false, ..*options };
             let field = Field::new(rows, frame, surface.triangles(), &still);

@@ -12,13 +12,14 @@ use crate::scan::lanes::{LaneSquares, square};
 use crate::vector::widest;
 
 impl RowSums {
-    /// Takes the sums of `frame`, in the memory of the last one's.
-    pub(in crate::refine) fn load(&mut self, frame: &Frame) {
-        self.load_rows(frame, 0..frame.size().height);
+    /// Takes the sums of `frame`, in the memory of the last one's; `thinly`, and where it is opaque, with what
+    /// [thin](super::super::thin) sums need.
+    pub(in crate::refine) fn load(&mut self, frame: &Frame, thinly: bool) {
+        self.load_rows(frame, 0..frame.size().height, thinly);
     }
 
     /// The same of its `rows`, and perhaps of some beside them; of others nothing may be asked.
-    pub(in crate::refine) fn load_rows(&mut self, frame: &Frame, rows: Range<u32>) {
+    pub(in crate::refine) fn load_rows(&mut self, frame: &Frame, rows: Range<u32>, thinly: bool) {
         let size = frame.size();
         self.size = size;
         self.vast = (size.width + size.height) as i32 * SUBPIXEL >= EXTENT;
@@ -33,22 +34,30 @@ impl RowSums {
         self.starts.extend((0..height).map(start));
         let colour = &mut self.colour[aligned..aligned + entries];
         self.alpha.clear();
+        self.squares_before.clear();
         if frame.is_opaque() {
             let groups = rows.start as usize / TOGETHER..(rows.end as usize).div_ceil(TOGETHER);
             let rows = groups.start * TOGETHER..height.min(groups.end * TOGETHER);
             let colour = &mut colour[groups.start * group..groups.end * group];
+            let colour = colour.par_chunks_mut(group);
             let width = size.width as usize;
-            self.squares_before.resize(entries / 2, 0);
-            let thin = &mut self.squares_before[groups.start * group / 2..groups.end * group / 2];
-            let with = colour.par_chunks_mut(group).zip(thin.par_chunks_mut(group / 2));
-            self.squares = frame.pass_over(rows, TOGETHER, with, |pixels, (colour, thin)| {
+            let sum = |pixels: &[Rgba], colour: &mut [u64], thin: Option<&mut [u32]>| {
                 let counted = pixels.len() / width;
                 // Below the frame the last row stands in for those that nobody asks for.
                 let row = |i: usize| &pixels[i.min(counted - 1) * width..][..width];
                 sum_opaque([row(0), row(1), row(2), row(3)], counted, colour, thin)
-            });
+            };
+            self.squares = if thinly {
+                self.squares_before.resize(entries / 2, 0);
+                let (first, last) = (groups.start * group / 2, groups.end * group / 2);
+                let thin = self.squares_before[first..last].par_chunks_mut(group / 2);
+                frame.pass_over(rows, TOGETHER, colour.zip(thin), |pixels, (colour, thin)| {
+                    sum(pixels, colour, Some(thin))
+                })
+            } else {
+                frame.pass_over(rows, TOGETHER, colour, |pixels, colour| sum(pixels, colour, None))
+            };
         } else {
-            self.squares_before.clear();
             self.alpha.resize(entries + LINE, 0);
             let alpha = self.alpha[aligned..aligned + entries].par_chunks_mut(group);
             let squares = colour.par_chunks_mut(group).zip(alpha).enumerate().map(
@@ -65,12 +74,16 @@ impl RowSums {
     }
 }
 
-/// Writes the running sums of four opaque rows, which lie together, and returns the squares of the
-/// pixels of the first `counted` of them.
-fn sum_opaque(rows: [&[Rgba]; TOGETHER], counted: usize, out: &mut [u64], thin: &mut [u32]) -> u64 {
+/// Writes the running sums of four opaque rows, which lie together, and those of squares of the first and third
+/// where they are wanted. Returns the squares of the pixels of the first `counted` rows.
+fn sum_opaque(
+    rows: [&[Rgba]; TOGETHER],
+    counted: usize,
+    out: &mut [u64],
+    thin: Option<&mut [u32]>,
+) -> u64 {
     let [a, b, c, d] = rows;
     let (out, _) = out.as_chunks_mut::<TOGETHER>();
-    let (thin, _) = thin.as_chunks_mut::<2>();
     widest(
         #[inline(always)]
         || {
@@ -84,13 +97,15 @@ fn sum_opaque(rows: [&[Rgba]; TOGETHER], counted: usize, out: &mut [u64], thin: 
                 }
             }
             out[a.len()] = sums;
-            let squares = sum_squares(a, c, thin);
+            // Thin sums have those of every second row already.
+            let step = if thin.is_some() { 2 } else { 1 };
+            let thin = thin.map_or([0; 2], |thin| sum_squares(a, c, thin.as_chunks_mut::<2>().0));
             let mut others = LaneSquares::default();
-            for row in rows[..counted].iter().skip(1).step_by(2) {
+            for row in rows[..counted].iter().skip(step - 1).step_by(step) {
                 others.add(row, row.len());
             }
-            squares.iter().take(counted.div_ceil(2)).map(|&sum| u64::from(sum)).sum::<u64>()
-                + others.total()
+            let thin = thin.iter().take(counted.div_ceil(2)).map(|&sum| u64::from(sum));
+            thin.sum::<u64>() + others.total()
         },
     )
 }

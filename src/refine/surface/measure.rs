@@ -14,10 +14,10 @@ use crate::refine::thin;
 const PACK: usize = 256;
 
 impl Surface {
-    /// Sums and costs of all edges and triangles over a new frame; on a `running` video also about their errors,
-    /// where `rows` has what tells them.
-    pub(in crate::refine) fn measure(&mut self, rows: &RowSums, running: bool) {
-        let thinly = running && rows.has_thin();
+    /// Sums and costs of all edges and triangles over a new frame, and about their errors where `rows` has what
+    /// tells them.
+    pub(in crate::refine) fn measure(&mut self, rows: &RowSums) {
+        let thinly = rows.has_thin();
         let Self { at, origin, twin, sums, cost, mean, about, .. } = self;
         let triangles = origin.len() / 3;
         sums.resize(origin.len(), Sums::default());
@@ -116,14 +116,14 @@ mod tests {
     /// Of a mesh of several packs, against each half-edge and triangle by itself.
     #[test]
     fn what_is_measured_together_is_what_each_has_alone() {
-        for (opaque, running) in [(true, true), (true, false), (false, true)] {
+        for (opaque, thinly) in [(true, true), (true, false), (false, true)] {
             let frame = picture(Size::new(201, 150), 5, 60, opaque);
             let mut rows = RowSums::default();
-            rows.load(&frame);
+            rows.load(&frame, thinly);
             let mut surface = Surface::default();
             surface.link(&scattered(frame.size(), 500));
             assert!(surface.triangles() > 3 * PACK);
-            surface.measure(&rows, running);
+            surface.measure(&rows);
             let mut told = 0;
             for t in 0..surface.triangles() as u32 {
                 for h in 3 * t..3 * t + 3 {
@@ -133,7 +133,7 @@ mod tests {
                 let corners = surface.corners(t);
                 let mean = Mean::of(&rows.wide(corners));
                 assert_eq!(surface.mean[t as usize], mean);
-                let about = if running && opaque {
+                let about = if thinly && opaque {
                     thin::error(rows.thin(corners), mean.count)
                 } else {
                     f32::INFINITY
@@ -141,7 +141,7 @@ mod tests {
                 assert_eq!(surface.about[t as usize], about);
                 told += usize::from(about.is_finite());
             }
-            assert_eq!(told > surface.triangles() / 2, running && opaque, "{told}");
+            assert_eq!(told > surface.triangles() / 2, thinly && opaque, "{told}");
         }
     }
 }

@@ -102,7 +102,7 @@ fn new_numbers_change_nothing_but_the_order() {
         let (before, error, far) = (known(surface, stepper), surface.error(rows), way(surface));
         let fills = surface.stored_fills(rows);
         stepper.rest.renumber(surface.renumber());
-        surface.measure(rows, false);
+        surface.measure(rows);
         assert_eq!(known(surface, stepper), before);
         assert!((surface.error(rows) / error - 1.0).abs() < 1e-9);
         assert!(way(surface) < 0.95 * far, "{} of {far}", way(surface));

@@ -27,9 +27,9 @@ fn force_and_slope(chance: u32) -> ([f64; 2], [f64; 2]) {
     }));
     let mesh = triangulate(size, &seeds).expect("distinct seeds");
     let mut refiner = Refiner::default();
-    refiner.rows.load(&frame);
+    refiner.rows.load(&frame, false);
     refiner.surface.link(&mesh);
-    refiner.surface.measure(&refiner.rows, false);
+    refiner.surface.measure(&refiner.rows);
     let mut ring = Ring::default();
     ring.surround(&refiner.surface, CORNERS as u32);
     ring.sum_up(&refiner.surface);
