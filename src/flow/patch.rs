@@ -201,7 +201,7 @@ impl Patch {
             if squares < best.0 {
                 best = (squares, vector);
             }
-            if step[0].hypot(step[1]) < 0.01 || squares > 1.5 * best.0 {
+            if step[0] * step[0] + step[1] * step[1] < 0.01 * 0.01 || squares > 1.5 * best.0 {
                 break;
             }
         }

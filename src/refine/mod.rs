@@ -43,6 +43,7 @@ use crate::echo::{Call, Echo};
 use crate::frame::{Fill, Frame, Memory};
 use crate::mesh::Mesh;
 use cell::cell_error;
+use rest::Rest;
 use rows::RowSums;
 use share::Share;
 use step::{Changes, Stepper};
@@ -264,7 +265,7 @@ impl Refiner {
             let carry = || {
                 let carried = surface.relink(mesh);
                 if carried && options.running {
-                    gather(surface, stepper, scattered);
+                    gather(surface, &mut stepper.rest, scattered);
                 }
                 carried
             };
@@ -338,10 +339,10 @@ impl Refiner {
 /// Numbers the triangles anew where many vertices were re-placed, `scattered`, since that was done last. What
 /// has settled with the old numbers might not have with the new ones: those decide between changes that exclude
 /// each other.
-fn gather(surface: &mut Surface, stepper: &mut Stepper, scattered: &mut usize) {
+fn gather(surface: &mut Surface, rest: &mut Rest, scattered: &mut usize) {
     if *scattered * GATHERED >= surface.at.len() {
         *scattered = 0;
-        stepper.rest.renumber(surface.renumber());
+        rest.renumber(surface.renumber());
     }
 }
 

@@ -214,7 +214,7 @@ fn settle(
     for _ in 0..if field.closely { CLOSE_SETTLING } else { SETTLING } {
         let mean = |i: usize| ring.total(field.rows, i, place).mean();
         let (gx, gy) = gradient(field, place, ring, mean);
-        let length = gx.hypot(gy);
+        let length = (gx * gx + gy * gy).sqrt();
         if length == 0.0 {
             break;
         }
