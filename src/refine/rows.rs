@@ -30,8 +30,10 @@ pub(super) struct RowSums {
     /// The squares of all channels of all pixels.
     squares: u64,
     /// Squares of the pixels left of each column, of every second row from the first on, two of which
-    /// lie together where four of `colour` do; empty when they are not wanted, or the frame is not opaque.
+    /// lie together where four of `colour` do. What is there is of an older frame if they are not wanted of this
+    /// one, or it is not opaque.
     squares_before: Vec<u32>,
+    has_thin: bool,
 }
 
 /// Rows that lie together.
@@ -50,6 +52,7 @@ impl Default for RowSums {
             alpha: Vec::new(),
             squares: 0,
             squares_before: Vec::new(),
+            has_thin: false,
         }
     }
 }
@@ -207,7 +210,7 @@ impl RowSums {
 
     /// Whether there are [thin](super::thin) sums: of opaque frames, where they are wanted.
     pub(super) fn has_thin(&self) -> bool {
-        !self.squares_before.is_empty()
+        self.has_thin
     }
 
     /// Those of `triangle`.

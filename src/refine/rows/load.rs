@@ -34,7 +34,7 @@ impl RowSums {
         self.starts.extend((0..height).map(start));
         let colour = &mut self.colour[aligned..aligned + entries];
         self.alpha.clear();
-        self.squares_before.clear();
+        self.has_thin = thinly && frame.is_opaque();
         if frame.is_opaque() {
             let groups = rows.start as usize / TOGETHER..(rows.end as usize).div_ceil(TOGETHER);
             let rows = groups.start * TOGETHER..height.min(groups.end * TOGETHER);
@@ -47,7 +47,7 @@ impl RowSums {
                 let row = |i: usize| &pixels[i.min(counted - 1) * width..][..width];
                 sum_opaque([row(0), row(1), row(2), row(3)], counted, colour, thin)
             };
-            self.squares = if thinly {
+            self.squares = if self.has_thin {
                 self.squares_before.resize(entries / 2, 0);
                 let (first, last) = (groups.start * group / 2, groups.end * group / 2);
                 let thin = self.squares_before[first..last].par_chunks_mut(group / 2);
