@@ -186,7 +186,7 @@ pub fn block_means(small: &Small) -> Vec<f32> {
 }
 
 /// How well `motion` explains `to`: for each block the correlation, -1..1, of what stood there in
-/// `from` with where it went; `None` for blocks without texture in either, or burnt out in one (mean luma above 250).
+/// `from` with where it went; `None` for blocks without texture in either, or nearly white in one.
 pub fn block_correlations(from: &Small, to: &Small, motion: &Motion) -> Vec<Option<f32>> {
     let correlation = |(place, vector): ((usize, usize), &[f32; 2])| {
         let window = Window::new(from.plane().size(), place);

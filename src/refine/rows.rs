@@ -30,9 +30,9 @@ pub(super) struct RowSums {
     /// The squares of all channels of all pixels.
     squares: u64,
     /// Squares of the pixels left of each column, of every second row from the first on, two of which
-    /// lie together where four of `colour` do. What is there is of an older frame if they are not wanted of this
-    /// one, or it is not opaque.
+    /// lie together where four of `colour` do.
     squares_before: Vec<u32>,
+    /// Whether they are of this frame.
     has_thin: bool,
 }
 
@@ -88,6 +88,7 @@ impl RowSums {
     /// As [`RowSums::edge`], and the [thin](super::thin) sums, of a frame that [has](RowSums::has_thin) them.
     #[inline(always)]
     pub(super) fn edges(&self, from: Point, to: Point) -> [Sums; 2] {
+        debug_assert!(self.has_thin, "squares would be an older frame's");
         if from.y <= to.y {
             self.both_falling(from, to)
         } else {
