@@ -21,6 +21,7 @@ pub enum Purpose {
 ///
 /// The finaliser is `SplitMix64`'s (Steele, Lea, Flood: "Fast splittable pseudorandom number
 /// generators", 2014).
+#[inline(always)]
 pub const fn rank(seed: u64, purpose: Purpose, x: u32, y: u32) -> u64 {
     let place = ((y as u64) << 32) | x as u64;
     mix(mix(seed ^ (purpose as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15)) ^ place)
@@ -31,6 +32,7 @@ pub fn unit(seed: u64, purpose: Purpose, x: u32, y: u32) -> f64 {
     (rank(seed, purpose, x, y) >> 11) as f64 / (1u64 << 53) as f64
 }
 
+#[inline(always)]
 const fn mix(z: u64) -> u64 {
     let z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -9,6 +9,7 @@ use crate::chance::{Purpose, rank};
 use crate::feature::mask::Mask;
 use crate::frame::{Frame, Rgba};
 use crate::geom::Size;
+use crate::vector::widest;
 
 /// Bits of a channel that the colour cube tells apart: 32 levels a channel, 32768 cells.
 const CUBE_BITS: u32 = 5;
@@ -72,26 +73,27 @@ fn cube_index([r, g, b, _]: Rgba) -> usize {
 
 fn occupied_cells(frame: &Frame) -> Vec<Cell> {
     let every = (frame.size().pixels() / LEARNING_PIXELS).max(1) as u32;
-    // Count and channel sums; a frame's 2^28 pixels of 255 fit 64 bits.
-    let mut sums = vec![[0u64; 4]; CUBE_CELLS];
+    // Count and channel sums: 32 bits hold those of 2^24 pixels, many more than are read.
+    let mut sums = vec![[0u32; 4]; CUBE_CELLS];
     for y in (0..frame.size().height).step_by(every as usize) {
         for &pixel in frame.row(y).iter().filter(|pixel| pixel[3] >= 128) {
             let sum = &mut sums[cube_index(pixel)];
             sum[0] += 1;
-            sum[1] += u64::from(pixel[0]);
-            sum[2] += u64::from(pixel[1]);
-            sum[3] += u64::from(pixel[2]);
+            sum[1] += u32::from(pixel[0]);
+            sum[2] += u32::from(pixel[1]);
+            sum[3] += u32::from(pixel[2]);
         }
     }
     let occupied = sums.iter().filter(|sum| sum[0] > 0);
     occupied
         .map(|&[n, r, g, b]| Cell {
-            mean: [r, g, b].map(|sum| (sum as f64 / n as f64) as f32),
+            mean: [r, g, b].map(|sum| (f64::from(sum) / f64::from(n)) as f32),
             weight: n as f32,
         })
         .collect()
 }
 
+#[inline(always)]
 fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
     let [x, y, z] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
     x * x + y * y + z * z
@@ -125,12 +127,52 @@ fn nearest(palette: &[[f32; 3]], colour: [f32; 3]) -> usize {
     best.1
 }
 
+/// Cells whose nearest colours are looked for side by side.
+const LANES: usize = 32;
+
+/// The [nearest] colours of all `cells`, at most 256.
+fn nearest_to_all(palette: &[[f32; 3]], cells: &[Cell]) -> Vec<u8> {
+    let mut labels = vec![0; cells.len()];
+    widest(
+        #[inline(always)]
+        || {
+            for (labels, cells) in labels.chunks_mut(LANES).zip(cells.chunks(LANES)) {
+                let mut means = [[0.0; LANES]; 3];
+                for (i, cell) in cells.iter().enumerate() {
+                    (0..3).for_each(|c| means[c][i] = cell.mean[c]);
+                }
+                labels.copy_from_slice(&nearest_of_lanes(palette, &means)[..cells.len()]);
+            }
+        },
+    );
+    labels
+}
+
+/// The [nearest] colours of many, of which there are the reds, the greens and the blues.
+#[inline(always)]
+fn nearest_of_lanes(
+    palette: &[[f32; 3]],
+    [reds, greens, blues]: &[[f32; LANES]; 3],
+) -> [u8; LANES] {
+    let (mut least, mut best) = ([f32::MAX; LANES], [0u32; LANES]);
+    for (number, &entry) in (0..).zip(palette) {
+        for i in 0..LANES {
+            let d = distance(entry, [reds[i], greens[i], blues[i]]);
+            // No branch, and both are written: then all lanes are done at once.
+            let is_nearer = d < least[i];
+            least[i] = if is_nearer { d } else { least[i] };
+            best[i] = if is_nearer { number } else { best[i] };
+        }
+    }
+    best.map(|number| number as u8)
+}
+
 /// One of Lloyd's rounds. A cluster without cells stays where it is. Whether anything moved by more
 /// than a quarter of a level.
 fn improve(palette: &mut [[f32; 3]], cells: &[Cell]) -> bool {
     let mut sums = vec![[0f64; 4]; palette.len()];
-    for cell in cells {
-        let sum = &mut sums[nearest(palette, cell.mean)];
+    for (cell, label) in cells.iter().zip(nearest_to_all(palette, cells)) {
+        let sum = &mut sums[usize::from(label)];
         let weight = f64::from(cell.weight);
         for (sum, mean) in sum.iter_mut().zip(cell.mean) {
             *sum += weight * f64::from(mean);
@@ -200,22 +242,45 @@ pub fn pick_points(regions: &Regions, picks: Picks) -> Mask {
         let row = &regions.labels[y * width..][..width];
         // The last row is its own lower neighbour: no boundary.
         let below = regions.labels.get((y + 1) * width..(y + 2) * width).unwrap_or(row);
-        for x in 0..width {
-            let label = row[x];
-            let right = row[(x + 1).min(width - 1)];
-            let boundary = label != right || label != below[x];
-            let chance = rank(picks.seed, Purpose::Interior, x as u32, y as u32);
-            let limit = if boundary { boundary_below } else { interior_below };
-            let taken = chance <= limit && (boundary || label != TRANSPARENT);
-            words[x / 64] |= u64::from(taken) << (x % 64);
-        }
+        widest(
+            #[inline(always)]
+            || {
+                let limit = |x: usize| {
+                    let label = row[x];
+                    if label != row[(x + 1).min(width - 1)] || label != below[x] {
+                        boundary_below
+                    } else if label != TRANSPARENT {
+                        interior_below
+                    } else {
+                        0
+                    }
+                };
+                draw(picks.seed, y as u32, width, words, limit);
+            },
+        );
     });
     mask
 }
 
-/// The rank at or below which this share of all ranks lies.
+/// Draws the pixels of row `y`, each with the chance that `limit` gives it, 64 for a word.
+#[inline(always)]
+fn draw(seed: u64, y: u32, width: usize, words: &mut [u64], limit: impl Fn(usize) -> u64) {
+    for (word, first) in words.iter_mut().zip((0..width).step_by(64)) {
+        let mut limits = [0; 64];
+        for (limits, x) in limits.iter_mut().zip(first..width) {
+            *limits = limit(x);
+        }
+        let mut taken = [false; 64];
+        for (i, taken) in taken.iter_mut().enumerate() {
+            *taken = rank(seed, Purpose::Interior, (first + i) as u32, y) < limits[i];
+        }
+        *word = taken.iter().enumerate().fold(0, |word, (i, &taken)| word | u64::from(taken) << i);
+    }
+}
+
+/// The rank below which this share of all ranks lies.
 fn share_of_ranks(share: f64) -> u64 {
-    // The cast saturates: a share of 1 takes every rank.
+    // The cast saturates: a share of 1 takes every rank but the highest.
     (share * u64::MAX as f64) as u64
 }
 
@@ -237,6 +302,48 @@ mod tests {
         let mask = pick_points(&regions, Picks { seed: 1, interval: 1, interior: 0.0 });
         let expected: Vec<_> = (0..6).map(|y| (9, y)).collect();
         assert_eq!(mask.iter().collect::<Vec<_>>(), expected);
+    }
+
+    #[test]
+    fn cells_side_by_side_have_the_nearest_colours() {
+        let colour = |i: u32, purpose| rank(3, purpose, i, 0).to_le_bytes().map(f32::from);
+        let three = |c: [f32; 8]| [c[0], c[1], c[2]];
+        // A colour that comes twice is the first one's.
+        let mut palette: Vec<_> = (0..16).map(|i| three(colour(i, Purpose::Noise))).collect();
+        palette[9] = palette[4];
+        let cells: Vec<_> = (0..1000)
+            .map(|i| Cell { mean: three(colour(i, Purpose::Keep)), weight: 1.0 })
+            .chain(palette.iter().map(|&mean| Cell { mean, weight: 1.0 }))
+            .collect();
+        let alone: Vec<_> = cells.iter().map(|c| nearest(&palette, c.mean) as u8).collect();
+        assert_eq!(nearest_to_all(&palette, &cells), alone);
+        assert_eq!(alone[1009], 4);
+    }
+
+    #[test]
+    fn pixels_are_picked_as_each_one_alone() {
+        for size in [Size::new(1, 1), Size::new(64, 3), Size::new(131, 40)] {
+            let throw = |i: usize| rank(9, Purpose::Noise, i as u32, 0);
+            let labels = (0..size.pixels()).map(|i| {
+                if throw(i / 5) % 4 == 0 { TRANSPARENT } else { (throw(i / 7) % 3) as u8 }
+            });
+            let regions = Regions { size, labels: labels.collect(), palette: vec![[0.0; 3]; 3] };
+            let picks = Picks { seed: 5, interval: 3, interior: 0.1 };
+            let label = |x: u32, y: u32| {
+                regions.labels
+                    [(y.min(size.height - 1) * size.width + x.min(size.width - 1)) as usize]
+            };
+            let is_picked = |&(x, y): &(u32, u32)| {
+                let here = label(x, y);
+                let boundary = here != label(x + 1, y) || here != label(x, y + 1);
+                let share = if boundary { 1.0 / 3.0 } else { 0.1 };
+                (boundary || here != TRANSPARENT)
+                    && rank(5, Purpose::Interior, x, y) < share_of_ranks(share)
+            };
+            let pixels = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y)));
+            let alone: Vec<_> = pixels.filter(is_picked).collect();
+            assert_eq!(pick_points(&regions, picks).iter().collect::<Vec<_>>(), alone);
+        }
     }
 
     #[test]
