@@ -140,20 +140,21 @@ impl Descent {
         let is_ready = |surface: &Surface, rest: &Rest, v: u32| {
             surface.awake[v as usize] && rest.allows(v) && rest.is_rested(v)
         };
-        let mut least = 0.0;
         if field.running {
             errors.around_all(surface, &mut self.around);
             let ready = self.turn.iter().filter(|&&v| is_ready(surface, rest, v));
             self.largest.clear();
             self.largest.extend(ready.map(|&v| self.around[v as usize]));
             let most = (MOST_VISITED * self.turn.len() as f64).ceil() as usize;
-            least = least_of_largest(&mut self.largest, most).max(WORTH_A_VISIT * field.least_gain);
+            let least =
+                least_of_largest(&mut self.largest, most).max(WORTH_A_VISIT * field.least_gain);
+            let around = &self.around;
+            self.turn.retain(|&v| around[v as usize] >= least);
         }
         let mut moved = 0;
         for block in self.turn.chunks(BLOCK) {
-            let (here, around) = (&*surface, &self.around);
-            let is_worth = |v: u32| !field.running || around[v as usize] >= least;
-            self.colouring.colour(here, block, |v| is_ready(here, rest, v) && is_worth(v));
+            let here = &*surface;
+            self.colouring.colour(here, block, |v| is_ready(here, rest, v));
             for class in &self.colouring.classes {
                 moved += descend(surface, rest, &mut self.reach, class, field, &mut self.found);
             }

@@ -47,25 +47,36 @@ enum Site {
 
 /// Moves up to `most` inner vertices whose surroundings do best without them to the places where one
 /// more vertex gains most, the cheapest to the best, each as long as that pays. Looks at those parts of
-/// the mesh whose `turn` it is. Returns the vertices.
+/// the mesh whose `turn` it is, and brings their `errors` up to date, on a running video those of all of it.
+/// Returns the vertices.
 pub(super) fn replace(
     surface: &mut Surface,
     worth: &mut Worth,
-    errors: &Errors,
+    errors: &mut Errors,
     rest: &Rest,
     most: usize,
     turn: Turn,
     field: Field,
 ) -> Vec<u32> {
+    let told = if field.running { Turn::ALL } else { turn };
     if most == 0 {
+        // Vertices of what is running are chosen by them, too.
+        if field.running {
+            errors.update(surface, rest, told, field);
+        }
         return Vec::new();
     }
     let planned = most * if field.closely { 2 * PLANNED } else { PLANNED };
     let mut worst = std::mem::take(&mut worth.worst);
     let is_open = |&t: &u32| turn.has(t) && rest.allows_triangle(surface, t);
-    rayon::join(
+    // What is running looks for openings meanwhile: there nearly all can pay, and threads wait less.
+    let ((), early) = rayon::join(
         || worth.update(surface, rest, turn, planned, field),
-        || find_worst(surface, errors, is_open, planned, &mut worst),
+        || {
+            errors.update(surface, rest, told, field);
+            find_worst(surface, errors, is_open, planned, &mut worst);
+            field.running.then(|| openings(surface, rest, &worst, field))
+        },
     );
     let weight = field.weight;
     // Taking out costs, and putting in gains, whichever is worse of error and error with shape: so a
@@ -74,7 +85,8 @@ pub(super) fn replace(
     // A triangle whose error is below the price cannot pay for a vertex.
     let price = leaving.first().map_or(f64::INFINITY, |&(price, _)| price);
     let payers = worst.partition_point(|&(error, _)| error > price);
-    let openings = openings(surface, rest, &worst[..payers], field);
+    let openings = early.unwrap_or_else(|| openings(surface, rest, &worst[..payers], field));
+    let can_pay = |opening: &Opening| errors.of(opening.site.triangle()) > price;
     worth.worst = worst;
     let mut taken = std::mem::take(&mut worth.taken);
     taken.clear();
@@ -82,7 +94,7 @@ pub(super) fn replace(
     let mut replaced = Vec::new();
     let (mut ring, mut around, mut closing) = <(Ring, Ring, Closing)>::default();
     let mut leaving = leaving.into_iter();
-    for opening in openings {
+    for opening in openings.into_iter().filter(can_pay) {
         if replaced.len() == most {
             break;
         }

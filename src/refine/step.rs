@@ -118,9 +118,6 @@ impl Stepper {
         let Self { descent, worth, errors, rest, diagonals, since } = self;
         surface.clock += 1;
         let turn = worth.turn(turns);
-        if field.running || most > 0 {
-            errors.update(surface, rest, if field.running { Turn::ALL } else { turn }, field);
-        }
         let replaced = replace(surface, worth, errors, rest, most, turn, field);
         descent.start_anew(&replaced);
         let moved = descent.step(surface, share, rest, errors, field);
