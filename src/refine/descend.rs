@@ -92,7 +92,7 @@ impl Visits {
     }
 }
 
-/// Vertices that take their turns together, so that what surrounds them stays in the cache.
+/// Vertices that are visited together, so that what surrounds them stays in the cache.
 const BLOCK: usize = 4096;
 
 /// The descent of all vertices.

@@ -58,43 +58,22 @@ pub(super) fn replace(
     turn: Turn,
     field: Field,
 ) -> Vec<u32> {
-    let told = if field.running { Turn::ALL } else { turn };
     if most == 0 {
         // Vertices of what is running are chosen by them, too.
         if field.running {
-            errors.update(surface, rest, told, field);
+            errors.update(surface, rest, Turn::ALL, field);
         }
         return Vec::new();
     }
-    let planned = most * if field.closely { 2 * PLANNED } else { PLANNED };
-    let mut worst = std::mem::take(&mut worth.worst);
-    let is_open = |&t: &u32| turn.has(t) && rest.allows_triangle(surface, t);
-    // What is running looks for openings meanwhile: there nearly all can pay, and threads wait less.
-    let ((), early) = rayon::join(
-        || worth.update(surface, rest, turn, planned, field),
-        || {
-            errors.update(surface, rest, told, field);
-            find_worst(surface, errors, is_open, planned, &mut worst);
-            field.running.then(|| openings(surface, rest, &worst, field))
-        },
-    );
+    let (leaving, openings) = look(surface, worth, errors, rest, most, turn, field);
     let weight = field.weight;
-    // Taking out costs, and putting in gains, whichever is worse of error and error with shape: so a
-    // pair that pays pays in both.
-    let leaving = worth.prices(weight);
-    // A triangle whose error is below the price cannot pay for a vertex.
-    let price = leaving.first().map_or(f64::INFINITY, |&(price, _)| price);
-    let payers = worst.partition_point(|&(error, _)| error > price);
-    let openings = early.unwrap_or_else(|| openings(surface, rest, &worst[..payers], field));
-    let can_pay = |opening: &Opening| errors.of(opening.site.triangle()) > price;
-    worth.worst = worst;
     let mut taken = std::mem::take(&mut worth.taken);
     taken.clear();
     taken.resize(surface.triangles(), false);
     let mut replaced = Vec::new();
     let (mut ring, mut around, mut closing) = <(Ring, Ring, Closing)>::default();
     let mut leaving = leaving.into_iter();
-    for opening in openings.into_iter().filter(can_pay) {
+    for opening in openings {
         if replaced.len() == most {
             break;
         }
@@ -140,6 +119,41 @@ pub(super) fn replace(
     }
     worth.taken = taken;
     replaced
+}
+
+/// What may leave, its price and its place among the candidates, the cheapest first, and the openings in triangles
+/// whose error is above the lowest price, the best first: enough of both to choose `most` from.
+fn look(
+    surface: &Surface,
+    worth: &mut Worth,
+    errors: &mut Errors,
+    rest: &Rest,
+    most: usize,
+    turn: Turn,
+    field: Field,
+) -> (Vec<(f64, usize)>, Vec<Opening>) {
+    let planned = most * if field.closely { 2 * PLANNED } else { PLANNED };
+    let mut worst = std::mem::take(&mut worth.worst);
+    let is_open = |&t: &u32| turn.has(t) && rest.allows_triangle(surface, t);
+    // What is running looks for openings meanwhile: there nearly all can pay, and threads wait less.
+    let ((), early) = rayon::join(
+        || worth.update(surface, rest, turn, planned, field),
+        || {
+            errors.update(surface, rest, if field.running { Turn::ALL } else { turn }, field);
+            find_worst(surface, errors, is_open, planned, &mut worst);
+            field.running.then(|| openings(surface, rest, &worst, field))
+        },
+    );
+    // Taking out costs, and putting in gains, whichever is worse of error and error with shape: so a
+    // pair that pays pays in both.
+    let leaving = worth.prices(field.weight);
+    // A triangle whose error is below the price cannot pay for a vertex.
+    let price = leaving.first().map_or(f64::INFINITY, |&(price, _)| price);
+    let payers = worst.partition_point(|&(error, _)| error > price);
+    let mut openings = early.unwrap_or_else(|| openings(surface, rest, &worst[..payers], field));
+    openings.retain(|opening| errors.of(opening.site.triangle()) > price);
+    worth.worst = worst;
+    (leaving, openings)
 }
 
 /// Fills `worst` with the errors and numbers of the `most` triangles of the largest error among those that
