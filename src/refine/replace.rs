@@ -65,7 +65,8 @@ pub(super) fn replace(
         }
         return Vec::new();
     }
-    let (leaving, openings) = look(surface, worth, errors, rest, most, turn, field);
+    let planned = most * if field.closely { 2 * PLANNED } else { PLANNED };
+    let (leaving, openings) = look(planned, turn, surface, rest, (worth, errors), field);
     let weight = field.weight;
     let mut taken = std::mem::take(&mut worth.taken);
     taken.clear();
@@ -122,17 +123,15 @@ pub(super) fn replace(
 }
 
 /// What may leave, its price and its place among the candidates, the cheapest first, and the openings in triangles
-/// whose error is above the lowest price, the best first: enough of both to choose `most` from.
+/// whose error is above the lowest price, the best first: `planned` of both at most.
 fn look(
-    surface: &Surface,
-    worth: &mut Worth,
-    errors: &mut Errors,
-    rest: &Rest,
-    most: usize,
+    planned: usize,
     turn: Turn,
+    surface: &Surface,
+    rest: &Rest,
+    (worth, errors): (&mut Worth, &mut Errors),
     field: Field,
 ) -> (Vec<(f64, usize)>, Vec<Opening>) {
-    let planned = most * if field.closely { 2 * PLANNED } else { PLANNED };
     let mut worst = std::mem::take(&mut worth.worst);
     let is_open = |&t: &u32| turn.has(t) && rest.allows_triangle(surface, t);
     // What is running looks for openings meanwhile: there nearly all can pay, and threads wait less.
