@@ -115,40 +115,31 @@ fn spread_palette(cells: &[Cell], clusters: usize) -> Vec<[f32; 3]> {
     palette
 }
 
-/// The nearest colour of the palette, the first of equally near ones.
-fn nearest(palette: &[[f32; 3]], colour: [f32; 3]) -> usize {
-    let mut best = (f32::MAX, 0);
-    for (i, &entry) in palette.iter().enumerate() {
-        let d = distance(entry, colour);
-        if d < best.0 {
-            best = (d, i);
-        }
-    }
-    best.1
-}
-
-/// Cells whose nearest colours are looked for side by side.
+/// Colours whose nearest ones are looked for side by side.
 const LANES: usize = 32;
 
-/// The [nearest] colours of all `cells`, at most 256.
-fn nearest_to_all(palette: &[[f32; 3]], cells: &[Cell]) -> Vec<u8> {
-    let mut labels = vec![0; cells.len()];
+/// For each of `count` colours, which `colour` tells, the number of the nearest one of the palette of at most 256,
+/// of equally near ones the first.
+fn nearest(palette: &[[f32; 3]], count: usize, colour: impl Fn(usize) -> [f32; 3]) -> Vec<u8> {
+    let mut labels = vec![0; count];
     widest(
         #[inline(always)]
         || {
-            for (labels, cells) in labels.chunks_mut(LANES).zip(cells.chunks(LANES)) {
-                let mut means = [[0.0; LANES]; 3];
-                for (i, cell) in cells.iter().enumerate() {
-                    (0..3).for_each(|c| means[c][i] = cell.mean[c]);
+            for (labels, first) in labels.chunks_mut(LANES).zip((0..).step_by(LANES)) {
+                let mut channels = [[0.0; LANES]; 3];
+                for (lane, i) in (first..first + labels.len()).enumerate() {
+                    let colour = colour(i);
+                    (0..3).for_each(|c| channels[c][lane] = colour[c]);
                 }
-                labels.copy_from_slice(&nearest_of_lanes(palette, &means)[..cells.len()]);
+                let found = nearest_of_lanes(palette, &channels);
+                labels.copy_from_slice(&found[..labels.len()]);
             }
         },
     );
     labels
 }
 
-/// The [nearest] colours of many, of which there are the reds, the greens and the blues.
+/// The same of colours of which there are the reds, the greens and the blues.
 #[inline(always)]
 fn nearest_of_lanes(
     palette: &[[f32; 3]],
@@ -171,7 +162,7 @@ fn nearest_of_lanes(
 /// than a quarter of a level.
 fn improve(palette: &mut [[f32; 3]], cells: &[Cell]) -> bool {
     let mut sums = vec![[0f64; 4]; palette.len()];
-    for (cell, label) in cells.iter().zip(nearest_to_all(palette, cells)) {
+    for (cell, label) in cells.iter().zip(nearest(palette, cells.len(), |i| cells[i].mean)) {
         let sum = &mut sums[usize::from(label)];
         let weight = f64::from(cell.weight);
         for (sum, mean) in sum.iter_mut().zip(cell.mean) {
@@ -194,14 +185,8 @@ fn label_cube(palette: &[[f32; 3]]) -> Vec<u8> {
         let step = (256 >> CUBE_BITS) as f32;
         ((index >> shift) & ((1 << CUBE_BITS) - 1)) as f32 * step + (step - 1.0) / 2.0
     };
-    (0..CUBE_CELLS)
-        .into_par_iter()
-        .with_min_len(CUBE_CELLS / 16)
-        .map(|i| {
-            let colour = [level(i, 2 * CUBE_BITS), level(i, CUBE_BITS), level(i, 0)];
-            nearest(palette, colour) as u8
-        })
-        .collect()
+    let middle = |i: usize| [level(i, 2 * CUBE_BITS), level(i, CUBE_BITS), level(i, 0)];
+    nearest(palette, CUBE_CELLS, middle)
 }
 
 fn label_pixels(frame: &Frame, cube: &[u8]) -> Vec<u8> {
@@ -288,6 +273,18 @@ fn share_of_ranks(share: f64) -> u64 {
 mod tests {
     use super::*;
 
+    /// As [`nearest`], of one colour.
+    fn nearest_alone(palette: &[[f32; 3]], colour: [f32; 3]) -> usize {
+        let mut best = (f32::MAX, 0);
+        for (i, &entry) in palette.iter().enumerate() {
+            let d = distance(entry, colour);
+            if d < best.0 {
+                best = (d, i);
+            }
+        }
+        best.1
+    }
+
     fn two_halves(size: Size) -> Frame {
         let pixel = |x| if x < size.width / 2 { [200, 30, 30, 255] } else { [20, 40, 180, 255] };
         let pixels = (0..size.height).flat_map(|_| (0..size.width).map(pixel));
@@ -305,18 +302,16 @@ mod tests {
     }
 
     #[test]
-    fn cells_side_by_side_have_the_nearest_colours() {
+    fn side_by_side_or_alone_the_same_colours_are_nearest() {
         let colour = |i: u32, purpose| rank(3, purpose, i, 0).to_le_bytes().map(f32::from);
         let three = |c: [f32; 8]| [c[0], c[1], c[2]];
         // A colour that comes twice is the first one's.
         let mut palette: Vec<_> = (0..16).map(|i| three(colour(i, Purpose::Noise))).collect();
         palette[9] = palette[4];
-        let cells: Vec<_> = (0..1000)
-            .map(|i| Cell { mean: three(colour(i, Purpose::Keep)), weight: 1.0 })
-            .chain(palette.iter().map(|&mean| Cell { mean, weight: 1.0 }))
-            .collect();
-        let alone: Vec<_> = cells.iter().map(|c| nearest(&palette, c.mean) as u8).collect();
-        assert_eq!(nearest_to_all(&palette, &cells), alone);
+        let colours = (0..1000).map(|i| three(colour(i, Purpose::Keep)));
+        let colours: Vec<_> = colours.chain(palette.iter().copied()).collect();
+        let alone: Vec<_> = colours.iter().map(|&c| nearest_alone(&palette, c) as u8).collect();
+        assert_eq!(nearest(&palette, colours.len(), |i| colours[i]), alone);
         assert_eq!(alone[1009], 4);
     }
 
@@ -386,7 +381,7 @@ mod tests {
         let regions = segment(&frame, 4, None);
         for centre in centres {
             let middle = centre.map(|c| f32::from(c) + 7.5);
-            let nearest = &regions.palette[nearest(&regions.palette, middle)];
+            let nearest = &regions.palette[nearest_alone(&regions.palette, middle)];
             assert!(distance(*nearest, middle) < 1.0, "{centre:?} {:?}", regions.palette);
         }
     }
