@@ -12,7 +12,7 @@ use super::rest::Rest;
 use super::ring::Ring;
 use super::share::Share;
 use super::sums::Sums;
-use super::surface::{NONE, Surface, previous};
+use super::surface::{Surface, next, previous};
 use crate::geom::{Point, SUBPIXEL};
 use crate::mesh::Place;
 
@@ -74,21 +74,31 @@ struct Visit {
     idle: bool,
 }
 
-/// The visits of one piece of work, with the spokes and triangles of the vertices that move.
+/// A triangle around a vertex that moves.
+#[derive(Clone, Copy, Debug)]
+struct Moved {
+    /// Its half-edge on the other side of it from the vertex.
+    link: u32,
+    /// The sums of its half-edges that leave the vertex and come back to it.
+    spokes: [Sums; 2],
+    cost: Cost,
+    mean: Mean,
+}
+
+/// The visits of one piece of work.
 #[derive(Debug, Default)]
 struct Visits {
     /// Memory to look around in.
     ring: Ring,
     visits: Vec<Visit>,
-    spokes: Vec<Sums>,
-    triangles: Vec<(Cost, Mean)>,
+    /// The triangles around all of the vertices that move.
+    moved: Vec<Moved>,
 }
 
 impl Visits {
     fn clear(&mut self) {
         self.visits.clear();
-        self.spokes.clear();
-        self.triangles.clear();
+        self.moved.clear();
     }
 }
 
@@ -198,8 +208,7 @@ fn descend(
             visit(here, v, reach, field, visits);
         }
     });
-    let mut fan = Vec::new();
-    found.iter().map(|visits| apply(surface, rest, reach, visits, &mut fan)).sum()
+    found.iter().map(|visits| apply(surface, rest, reach, visits)).sum()
 }
 
 fn visit(surface: &Surface, v: u32, reach: i32, field: Field, out: &mut Visits) {
@@ -229,8 +238,11 @@ fn visit(surface: &Surface, v: u32, reach: i32, field: Field, out: &mut Visits) 
     let (to, reach) = line.search(reach);
     if let Some(to) = to {
         let ring = &out.ring;
-        out.spokes.extend_from_slice(ring.distinct_spokes());
-        out.triangles.extend((0..ring.len()).map(|i| ring.triangle(field.rows, i, to)));
+        out.moved.extend((0..ring.len()).map(|i| {
+            let spokes = [ring.spokes[i], -ring.spokes[i + 1]];
+            let (cost, mean) = ring.triangle(field.rows, i, to);
+            Moved { link: ring.links[i], spokes, cost, mean }
+        }));
     }
     out.visits.push(Visit { vertex: v, to, reach, sleeps: reach == 0, idle: false });
 }
@@ -301,44 +313,26 @@ impl Line<'_, '_> {
     }
 }
 
-fn apply(
-    surface: &mut Surface,
-    rest: &mut Rest,
-    reach: &mut [i32],
-    found: &Visits,
-    fan: &mut Vec<u32>,
-) -> usize {
-    let (mut spokes, mut triangles) = (&found.spokes[..], &found.triangles[..]);
+/// Makes the changes that were `found`. Returns how many vertices move.
+fn apply(surface: &mut Surface, rest: &mut Rest, reach: &mut [i32], found: &Visits) -> usize {
     let mut moved = 0;
     for visit in &found.visits {
         let v = visit.vertex as usize;
         reach[v] = visit.reach;
         rest.looked_at(visit.vertex, visit.idle);
-        let Some(to) = visit.to else {
-            surface.awake[v] = !visit.sleeps;
-            continue;
-        };
-        moved += 1;
-        surface.at[v] = to;
-        fan.clear();
-        surface.around(visit.vertex, |h| fan.push(h));
-        for &h in &*fan {
-            if let Some((&spoke, rest)) = spokes.split_first() {
-                surface.set_sums(h, spoke);
-                spokes = rest;
+        match visit.to {
+            Some(to) => {
+                surface.at[v] = to;
+                moved += 1;
             }
+            None => surface.awake[v] = !visit.sleeps,
         }
-        let last = fan.last().map_or(NONE, |&h| previous(h));
-        if surface.twin[last as usize] == NONE
-            && let Some((&spoke, rest)) = spokes.split_first()
-        {
-            surface.set_sums(last, -spoke);
-            spokes = rest;
-        }
-        for (&h, &(cost, mean)) in fan.iter().zip(triangles) {
-            surface.take_up(h / 3, cost, mean);
-        }
-        triangles = &triangles[fan.len()..];
+    }
+    // No two of the vertices are neighbours: none that sleeps has a triangle that has changed.
+    for &Moved { link, spokes: [leaving, coming], cost, mean } in &found.moved {
+        surface.sums[previous(link) as usize] = leaving;
+        surface.sums[next(link) as usize] = coming;
+        surface.take_up(link / 3, cost, mean);
     }
     moved
 }

@@ -103,11 +103,6 @@ impl Ring {
         self.links.iter().map(|&h| surface.cost[h as usize / 3]).sum()
     }
 
-    /// The spokes, each once.
-    pub(super) fn distinct_spokes(&self) -> &[Sums] {
-        &self.spokes[..self.spokes.len() - usize::from(self.closed)]
-    }
-
     fn triangle_sums(&self, i: usize) -> Sums {
         self.spokes[i] + self.link_sums[i] - self.spokes[i + 1]
     }

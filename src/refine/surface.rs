@@ -67,8 +67,8 @@ pub(super) struct Surface {
     pub(super) clock: u32,
     /// The triangles as they were last stored.
     pub(super) stored: Vec<[u32; 3]>,
-    /// The same with their numbers.
-    numbered: Vec<([u32; 3], u32)>,
+    /// Their second corners, in the upper halves, and their numbers: no two triangles share two corners in order.
+    numbered: Vec<u64>,
     nearby: Nearby,
     /// Memory for the triangles' new numbers, and for a list in a new order.
     new: Vec<u32>,
@@ -175,7 +175,7 @@ impl Surface {
         let renamed = |h: u32| if h == NONE { NONE } else { 3 * new[h as usize / 3] + h % 3 };
         twin.iter_mut().chain(out).for_each(|h| *h = renamed(*h));
         permute::<1, _>(stamp, old, spare);
-        numbered.iter_mut().for_each(|(_, number)| *number = new[*number as usize]);
+        numbered.iter_mut().for_each(|n| *n = numbered_as(*n, new[*n as u32 as usize]));
         old
     }
 
@@ -289,15 +289,15 @@ impl Surface {
     pub(super) fn store(&mut self, mesh: &mut Mesh) {
         mesh.vertices.clone_from(&self.at);
         let (triangles, _) = self.origin.as_chunks::<3>();
-        let canonical = triangles.iter().map(|&t| Mesh::smallest_first(t));
+        let canonical = || triangles.iter().map(|&t| Mesh::smallest_first(t));
         // By the first corner with a counting sort; those that share it are few, but for a mesh all of whose
         // seeds lie on a line.
         let start = &mut self.spare;
-        starts(start, self.at.len(), canonical.clone().map(|t| t[0]));
-        self.numbered.resize(triangles.len(), ([0; 3], 0));
-        for (t, number) in canonical.zip(0..) {
-            let at = &mut start[t[0] as usize];
-            self.numbered[*at as usize] = (t, number);
+        starts(start, self.at.len(), canonical().map(|[first, ..]| first));
+        self.numbered.resize(triangles.len(), 0);
+        for ([first, second, _], t) in canonical().zip(0..) {
+            let at = &mut start[first as usize];
+            self.numbered[*at as usize] = numbered_as(u64::from(second) << 32, t);
             *at += 1;
         }
         // By now each start is the next one's.
@@ -307,15 +307,20 @@ impl Surface {
             begin = end as usize;
         }
         mesh.triangles.clear();
-        mesh.triangles.extend(self.numbered.iter().map(|&(triangle, _)| triangle));
+        let stored = self.numbered.iter().map(|&n| triangles[n as u32 as usize]);
+        mesh.triangles.extend(stored.map(Mesh::smallest_first));
         self.stored.clone_from(&mesh.triangles);
     }
 
     /// The mean colours and areas of the triangles in the order in which they were last stored.
     pub(super) fn stored_fills(&self, rows: &RowSums) -> Vec<Fill> {
-        let stored = self.numbered.iter();
         let total = |number: u32| self.total(rows, number).fill();
         let fill = |number: u32| self.mean[number as usize].fill().unwrap_or_else(|| total(number));
-        stored.map(|&(_, number)| fill(number)).collect()
+        self.numbered.iter().map(|&n| fill(n as u32)).collect()
     }
+}
+
+/// The same corner, another `number`.
+const fn numbered_as(numbered: u64, number: u32) -> u64 {
+    numbered >> 32 << 32 | number as u64
 }
