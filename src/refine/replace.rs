@@ -182,7 +182,7 @@ fn openings(surface: &Surface, rest: &Rest, worst: &[(f64, u32)], field: Field) 
     let found: Vec<Option<Opening>> = worst
         .par_iter()
         .with_min_len(PACK)
-        .map_init(Ring::default, |ring, &(_, t)| best_opening(surface, rest, t, field, ring))
+        .map_init(<[Ring; 2]>::default, |rings, &(_, t)| best_opening(surface, rest, t, field, rings))
         .collect();
     let mut openings: Vec<Opening> = found.into_iter().flatten().collect();
     let gain = |o: &Opening| o.worth(field.weight);
@@ -191,33 +191,34 @@ fn openings(surface: &Surface, rest: &Rest, worst: &[(f64, u32)], field: Field) 
 }
 
 /// A good place for one more vertex in triangle `t` or on one of its edges: the best of their centres,
-/// from where it steps down the error.
+/// from where it steps down the error. `rings` are memory.
 fn best_opening(
     surface: &Surface,
     rest: &Rest,
     t: u32,
     field: Field,
-    ring: &mut Ring,
+    [ring, best_ring]: &mut [Ring; 2],
 ) -> Option<Opening> {
     let has_other = |h: &u32| {
         let twin = surface.twin[*h as usize];
         twin != NONE && rest.looks_at(twin / 3)
     };
     let pairs = (3 * t..3 * t + 3).filter(has_other).map(Site::Pair);
-    let mut best: Option<Opening> = None;
+    let mut best: Option<(Opening, Cost)> = None;
     for site in std::iter::once(Site::Triangle(t)).chain(pairs) {
         site.enclose(surface, ring);
         let place = site.centre(surface);
         if let Some(cost) = ring.try_at(field.rows, place) {
             let found = Opening { gain: site.cost(surface) + cost.scaled(-1.0), site, place };
-            if best.is_none_or(|b| found.worth(field.weight) > b.worth(field.weight)) {
-                best = Some(found);
+            if best.is_none_or(|(b, _)| found.worth(field.weight) > b.worth(field.weight)) {
+                best = Some((found, cost));
+                std::mem::swap(ring, best_ring);
             }
         }
     }
-    let Opening { site, place, .. } = best?;
-    site.enclose(surface, ring);
-    settle(site, place, site.cost(surface), field, ring)
+    let (Opening { site, place, .. }, cost) = best?;
+    let (place, cost) = settle(place, cost, field, best_ring);
+    Some(Opening { gain: site.cost(surface) + cost.scaled(-1.0), site, place })
 }
 
 /// Steps that a new vertex takes before its gain is counted, and where it is looked at
@@ -225,42 +226,35 @@ fn best_opening(
 const SETTLING: usize = 2;
 const CLOSE_SETTLING: usize = 4;
 
-fn settle(
-    site: Site,
-    start: Point,
-    before: Cost,
-    field: Field,
-    ring: &mut Ring,
-) -> Option<Opening> {
+/// Where a vertex at `place` inside `ring`, which has its spokes and costs `cost` then, gets with a few steps down
+/// the error, and what it costs there.
+fn settle(mut place: Point, mut cost: Cost, field: Field, ring: &mut Ring) -> (Point, Cost) {
     let weight = field.weight;
-    let mut place = start;
-    let mut cost = ring.try_at(field.rows, place)?;
     let mut reach = 2.0 * f64::from(crate::geom::SUBPIXEL);
+    let mut slope = None;
     for _ in 0..if field.closely { CLOSE_SETTLING } else { SETTLING } {
         let mean = |i: usize| ring.total(field.rows, i, place).mean();
-        let (gx, gy) = gradient(field, place, ring, mean);
+        // As long as it stays the slope is the same; and the spokes may be those of another place.
+        let (gx, gy) = slope.unwrap_or_else(|| gradient(field, place, ring, mean));
+        slope = Some((gx, gy));
         let length = (gx * gx + gy * gy).sqrt();
         if length == 0.0 {
             break;
         }
-        let mut improved = false;
         for _ in 0..2 {
             let step = |g: f64| (-g / length * reach).round() as i32;
             let to = Point::new(place.x + step(gx), place.y + step(gy));
             match ring.try_at(field.rows, to) {
                 Some(after) if after.total(weight) < cost.total(weight) => {
-                    (place, cost, improved) = (to, after, true);
+                    (place, cost, slope) = (to, after, None);
                     reach *= 1.5;
                     break;
                 }
                 _ => reach /= 2.5,
             }
         }
-        if !improved {
-            ring.try_at(field.rows, place)?;
-        }
     }
-    Some(Opening { gain: before + cost.scaled(-1.0), site, place })
+    (place, cost)
 }
 
 impl Site {
