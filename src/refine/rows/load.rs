@@ -99,7 +99,11 @@ fn sum_opaque(
             out[a.len()] = sums;
             // Thin sums have those of every second row already.
             let step = if thin.is_some() { 2 } else { 1 };
-            let thin = thin.map_or([0; 2], |thin| sum_squares(a, c, thin.as_chunks_mut::<2>().0));
+            // No map_or: that would be a call, to a loop compiled for the least machine.
+            let thin = match thin {
+                Some(thin) => sum_squares(a, c, thin.as_chunks_mut::<2>().0),
+                None => [0; 2],
+            };
             let mut others = LaneSquares::default();
             for row in rows[..counted].iter().skip(step - 1).step_by(step) {
                 others.add(row, row.len());
