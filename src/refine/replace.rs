@@ -182,7 +182,9 @@ fn openings(surface: &Surface, rest: &Rest, worst: &[(f64, u32)], field: Field) 
     let found: Vec<Option<Opening>> = worst
         .par_iter()
         .with_min_len(PACK)
-        .map_init(<[Ring; 2]>::default, |rings, &(_, t)| best_opening(surface, rest, t, field, rings))
+        .map_init(<[Ring; 2]>::default, |rings, &(_, t)| {
+            best_opening(surface, rest, t, field, rings)
+        })
         .collect();
     let mut openings: Vec<Opening> = found.into_iter().flatten().collect();
     let gain = |o: &Opening| o.worth(field.weight);
