@@ -67,8 +67,8 @@ pub(super) struct Surface {
     pub(super) clock: u32,
     /// The triangles as they were last stored.
     pub(super) stored: Vec<[u32; 3]>,
-    /// Their second corners, in the upper halves, and their numbers: no two triangles share two corners in order.
-    numbered: Vec<u64>,
+    /// Their second corners and their numbers: no two triangles share two corners in order.
+    numbered: Vec<(u32, u32)>,
     nearby: Nearby,
     /// Memory for the triangles' new numbers, and for a list in a new order.
     new: Vec<u32>,
@@ -175,7 +175,7 @@ impl Surface {
         let renamed = |h: u32| if h == NONE { NONE } else { 3 * new[h as usize / 3] + h % 3 };
         twin.iter_mut().chain(out).for_each(|h| *h = renamed(*h));
         permute::<1, _>(stamp, old, spare);
-        numbered.iter_mut().for_each(|n| *n = numbered_as(*n, new[*n as u32 as usize]));
+        numbered.iter_mut().for_each(|(_, number)| *number = new[*number as usize]);
         old
     }
 
@@ -294,20 +294,20 @@ impl Surface {
         // seeds lie on a line.
         let start = &mut self.spare;
         starts(start, self.at.len(), canonical().map(|[first, ..]| first));
-        self.numbered.resize(triangles.len(), 0);
-        for ([first, second, _], t) in canonical().zip(0..) {
+        self.numbered.resize(triangles.len(), (0, 0));
+        for ([first, second, _], number) in canonical().zip(0..) {
             let at = &mut start[first as usize];
-            self.numbered[*at as usize] = numbered_as(u64::from(second) << 32, t);
+            self.numbered[*at as usize] = (second, number);
             *at += 1;
         }
         // By now each start is the next one's.
         let mut begin = 0;
         for &end in &start[..self.at.len()] {
-            self.numbered[begin..end as usize].sort_unstable();
+            self.numbered[begin..end as usize].sort_unstable_by_key(|&(second, _)| second);
             begin = end as usize;
         }
         mesh.triangles.clear();
-        let stored = self.numbered.iter().map(|&n| triangles[n as u32 as usize]);
+        let stored = self.numbered.iter().map(|&(_, number)| triangles[number as usize]);
         mesh.triangles.extend(stored.map(Mesh::smallest_first));
         self.stored.clone_from(&mesh.triangles);
     }
@@ -316,11 +316,6 @@ impl Surface {
     pub(super) fn stored_fills(&self, rows: &RowSums) -> Vec<Fill> {
         let total = |number: u32| self.total(rows, number).fill();
         let fill = |number: u32| self.mean[number as usize].fill().unwrap_or_else(|| total(number));
-        self.numbered.iter().map(|&n| fill(n as u32)).collect()
+        self.numbered.iter().map(|&(_, number)| fill(number)).collect()
     }
-}
-
-/// The same corner, another `number`.
-const fn numbered_as(numbered: u64, number: u32) -> u64 {
-    numbered >> 32 << 32 | number as u64
 }

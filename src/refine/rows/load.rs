@@ -99,7 +99,7 @@ fn sum_opaque(
             out[a.len()] = sums;
             // Thin sums have those of every second row already.
             let step = if thin.is_some() { 2 } else { 1 };
-            // No map_or: that would be a call, to a loop compiled for the least machine.
+            // No map_or: see `widest`.
             let thin = match thin {
                 Some(thin) => sum_squares(a, c, thin.as_chunks_mut::<2>().0),
                 None => [0; 2],
