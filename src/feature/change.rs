@@ -101,9 +101,10 @@ impl Watcher {
             if is_empty(&small) {
                 return self.wait(seen, small);
             }
-            let shifted = histogram_distance(&seen.previous, &small) > CUT_SHIFT;
-            let other = (shifted || share > CUT_WIDE) && seen.is_left(&small, &motion);
-            if other && (shifted || !seen.other) {
+            // Histograms only of what is unlike the frame before: they take longer than to tell that.
+            let is_shifted = || histogram_distance(&seen.previous, &small) > CUT_SHIFT;
+            let other = seen.is_left(&small, &motion) && (share > CUT_WIDE || is_shifted());
+            if other && (!seen.other || is_shifted()) {
                 return self.begin(small);
             }
             other

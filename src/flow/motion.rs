@@ -188,20 +188,34 @@ pub fn block_means(small: &Small) -> Vec<f32> {
 /// How well `motion` explains `to`: for each block the correlation, -1..1, of what stood there in
 /// `from` with where it went; `None` for blocks without texture in either, or nearly white in one.
 pub fn block_correlations(from: &Small, to: &Small, motion: &Motion) -> Vec<Option<f32>> {
-    let correlation = |(place, vector): ((usize, usize), &[f32; 2])| {
+    let known = places(from).zip(&motion.vectors).map(|(place, vector)| {
         let window = Window::new(from.plane().size(), place);
-        let count = window.count() as f32;
-        let a = window.look(from.plane(), [0.0; 2]);
-        let b = window.look(to.plane(), vector.map(|v| v / from.factor as f32));
-        if sum(&a).max(sum(&b)) > BURNT * count {
-            return None;
-        }
-        let (a, b) = (centred(window, a), centred(window, b));
-        let (aa, bb, ab) = (dot(&a, &a), dot(&b, &b), dot(&a, &b));
-        let grain = GRAIN * count;
-        (aa.max(bb) > grain).then(|| ab / (aa.max(grain) * bb.max(grain)).sqrt())
-    };
-    places(from).zip(&motion.vectors).map(correlation).collect()
+        let vector = vector.map(|v| v / from.factor as f32);
+        widest(
+            #[inline(always)]
+            || correlation(window, from.plane(), to.plane(), vector),
+        )
+    });
+    known.collect()
+}
+
+/// That of one block, which `window` shows in `from` and, moved by `vector`, in `to`.
+#[inline(always)]
+fn correlation(
+    window: Window,
+    from: &Plane<f32>,
+    to: &Plane<f32>,
+    vector: [f32; 2],
+) -> Option<f32> {
+    let count = window.count() as f32;
+    let (a, b) = (window.look(from, [0.0; 2]), window.look(to, vector));
+    if sum(&a).max(sum(&b)) > BURNT * count {
+        return None;
+    }
+    let (a, b) = (centred(window, a), centred(window, b));
+    let (aa, bb, ab) = (dot(&a, &a), dot(&b, &b), dot(&a, &b));
+    let grain = GRAIN * count;
+    (aa.max(bb) > grain).then_some(ab / (aa.max(grain) * bb.max(grain)).sqrt())
 }
 
 /// The number of blocks with texture.

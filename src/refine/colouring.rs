@@ -1,6 +1,8 @@
 //! Classes of vertices that can move at once.
 
-use super::surface::{Surface, next};
+use smallvec::SmallVec;
+
+use super::surface::{Fans, Surface, TOGETHER, next};
 
 /// Vertices in classes, no two of a class joined by an edge: what one of them does leaves the
 /// surroundings of the others as they are, so that a class moves in parallel and the outcome does not
@@ -30,30 +32,44 @@ impl Colouring {
             class.drain(..).for_each(|v| self.colour[v as usize] = UNCOLOURED);
         }
         self.colour.resize(surface.at.len(), UNCOLOURED);
-        for &v in order.iter().filter(|&&v| wanted(v)) {
-            let mut taken = 0u64;
-            let mut take = |w: u32| {
-                let colour = self.colour[w as usize];
-                if colour != UNCOLOURED {
-                    taken |= 1 << colour;
-                }
-            };
-            let mut last = 0;
-            surface.around(v, |h| {
-                take(surface.to(h));
-                last = h;
-            });
-            // On the border the last neighbour has no half-edge that leaves for it.
-            take(surface.to(next(last)));
-            let free = taken.trailing_ones();
-            if free >= MOST {
-                continue;
+        let mut fans = Fans::default();
+        let mut wanted = order.iter().copied().filter(|&v| wanted(v));
+        loop {
+            let together: SmallVec<[u32; TOGETHER]> = wanted.by_ref().take(TOGETHER).collect();
+            if together.is_empty() {
+                return;
             }
-            self.colour[v as usize] = free as u8;
-            if self.classes.len() <= free as usize {
-                self.classes.push(Vec::new());
+            fans.walk(surface, &together);
+            for (i, &v) in together.iter().enumerate() {
+                self.put(surface, v, fans.of(i));
             }
-            self.classes[free as usize].push(v);
         }
+    }
+
+    /// Puts `v`, which half-edges are `leaving`, into the first class that none of its neighbours is in.
+    fn put(&mut self, surface: &Surface, v: u32, leaving: impl Iterator<Item = u32>) {
+        let mut taken = 0u64;
+        let mut take = |w: u32| {
+            let colour = self.colour[w as usize];
+            if colour != UNCOLOURED {
+                taken |= 1 << colour;
+            }
+        };
+        let mut last = 0;
+        leaving.for_each(|h| {
+            take(surface.to(h));
+            last = h;
+        });
+        // On the border the last neighbour has no half-edge that leaves for it.
+        take(surface.to(next(last)));
+        let free = taken.trailing_ones();
+        if free >= MOST {
+            return;
+        }
+        self.colour[v as usize] = free as u8;
+        if self.classes.len() <= free as usize {
+            self.classes.push(Vec::new());
+        }
+        self.classes[free as usize].push(v);
     }
 }

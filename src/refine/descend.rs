@@ -12,7 +12,7 @@ use super::rest::Rest;
 use super::ring::Ring;
 use super::share::Share;
 use super::sums::Sums;
-use super::surface::{Surface, next, previous};
+use super::surface::{Fans, Surface, TOGETHER, next, previous};
 use crate::geom::{Point, SUBPIXEL};
 use crate::mesh::Place;
 
@@ -88,8 +88,9 @@ struct Moved {
 /// The visits of one piece of work.
 #[derive(Debug, Default)]
 struct Visits {
-    /// Memory to look around in.
-    ring: Ring,
+    /// What surrounds vertices that are looked at one after the other.
+    rings: [Ring; TOGETHER],
+    fans: Fans,
     visits: Vec<Visit>,
     /// The triangles around all of the vertices that move.
     moved: Vec<Moved>,
@@ -99,6 +100,16 @@ impl Visits {
     fn clear(&mut self) {
         self.visits.clear();
         self.moved.clear();
+    }
+
+    /// Takes up what surrounds `vertices`, [`TOGETHER`] at most: side by side, so that what one waits for is
+    /// fetched for the others, too.
+    fn surround(&mut self, surface: &Surface, vertices: &[u32]) {
+        self.fans.walk(surface, vertices);
+        for (i, (&v, ring)) in vertices.iter().zip(&mut self.rings).enumerate() {
+            ring.surround_by(surface, v, self.fans.of(i));
+            ring.sum_up(surface);
+        }
     }
 }
 
@@ -200,20 +211,23 @@ fn descend(
     let found = &mut found[..packs.len()];
     found.par_iter_mut().zip(packs).for_each(|(visits, vertices)| {
         visits.clear();
-        for &v in vertices {
-            let reach = match reaches[v as usize] {
-                0 => WAKING_REACH,
-                reach => reach,
-            };
-            visit(here, v, reach, field, visits);
+        for together in vertices.chunks(TOGETHER) {
+            visits.surround(here, together);
+            for (i, &v) in together.iter().enumerate() {
+                let reach = match reaches[v as usize] {
+                    0 => WAKING_REACH,
+                    reach => reach,
+                };
+                visit(here, v, reach, field, visits, i);
+            }
         }
     });
     found.iter().map(|visits| apply(surface, rest, reach, visits)).sum()
 }
 
-fn visit(surface: &Surface, v: u32, reach: i32, field: Field, out: &mut Visits) {
-    let ring = &mut out.ring;
-    ring.surround(surface, v);
+/// Looks where vertex `v`, which ring `i` surrounds, goes.
+fn visit(surface: &Surface, v: u32, reach: i32, field: Field, out: &mut Visits, i: usize) {
+    let ring = &mut out.rings[i];
     let from = surface.at[v as usize];
     let mean = |i: usize| surface.mean[ring.links[i] as usize / 3].known();
     let (gx, gy) = gradient(field, from, ring, mean);
@@ -231,13 +245,12 @@ fn visit(surface: &Surface, v: u32, reach: i32, field: Field, out: &mut Visits) 
         out.visits.push(Visit { vertex: v, to: None, reach, sleeps: true, idle });
         return;
     }
-    ring.sum_up(surface);
     let direction = (-gx / length, -gy / length);
     let before = ring.cost(surface);
     let mut line = Line { ring, from, direction, slope: length, before, field };
     let (to, reach) = line.search(reach);
     if let Some(to) = to {
-        let ring = &out.ring;
+        let ring = &out.rings[i];
         out.moved.extend((0..ring.len()).map(|i| {
             let spokes = [ring.spokes[i], -ring.spokes[i + 1]];
             let (cost, mean) = ring.triangle(field.rows, i, to);

@@ -32,6 +32,22 @@ impl Ring {
     pub(super) fn surround(&mut self, surface: &Surface, v: u32) {
         self.clear();
         surface.around(v, |h| self.push(surface, next(h)));
+        self.finish_around(surface, v);
+    }
+
+    /// The same, where it is known which half-edges are `leaving` the vertex.
+    pub(super) fn surround_by(
+        &mut self,
+        surface: &Surface,
+        v: u32,
+        leaving: impl Iterator<Item = u32>,
+    ) {
+        self.clear();
+        leaving.for_each(|h| self.push(surface, next(h)));
+        self.finish_around(surface, v);
+    }
+
+    fn finish_around(&mut self, surface: &Surface, v: u32) {
         self.closed = surface.twin[surface.out[v as usize] as usize] != NONE;
         self.finish(surface);
     }

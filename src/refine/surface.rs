@@ -1,5 +1,6 @@
 //! The mesh while it is refined: half-edges that carry the pixel sums, triangles that carry their cost.
 
+mod fans;
 mod measure;
 
 use super::cost::Cost;
@@ -10,6 +11,7 @@ use super::sums::{Sums, Total};
 use crate::frame::Fill;
 use crate::geom::{Point, Size, orient};
 use crate::mesh::{CORNERS, Mesh, Place, starts};
+pub(super) use fans::{Fans, TOGETHER};
 
 /// No half-edge: the other side of the frame's border.
 pub(super) const NONE: u32 = u32::MAX;
@@ -36,6 +38,9 @@ pub(super) fn permute<const EACH: usize, T: Copy>(
     spare.extend(old.iter().flat_map(|&t| triangles[t as usize]));
     std::mem::swap(values, spare);
 }
+
+/// First corners whose triangles are put in order by one piece of work.
+const SORTED: usize = 4096;
 
 /// The mesh while it is refined. Half-edge `h` belongs to triangle `h / 3` and runs from its origin to
 /// the origin of the next one.
@@ -300,15 +305,30 @@ impl Surface {
             self.numbered[*at as usize] = (second, number);
             *at += 1;
         }
-        // By now each start is the next one's.
-        let mut begin = 0;
-        for &end in &start[..self.at.len()] {
-            self.numbered[begin..end as usize].sort_unstable_by_key(|&(second, _)| second);
-            begin = end as usize;
-        }
-        mesh.triangles.clear();
-        let stored = self.numbered.iter().map(|&(_, number)| triangles[number as usize]);
-        mesh.triangles.extend(stored.map(Mesh::smallest_first));
+        mesh.triangles.resize(triangles.len(), [0; 3]);
+        let (mut numbered, mut sorted) = (&mut self.numbered[..], &mut mesh.triangles[..]);
+        rayon::scope(|scope| {
+            let mut begin = 0;
+            // By now each start is the next one's.
+            for ends in start[..self.at.len()].chunks(SORTED) {
+                let end = ends.last().map_or(begin, |&end| end);
+                let count = (end - begin) as usize;
+                let numbered = numbered.split_off_mut(..count).expect("ends ascend");
+                let sorted = sorted.split_off_mut(..count).expect("as many triangles");
+                scope.spawn(move |_| {
+                    let mut first = 0;
+                    for &end in ends {
+                        let end = (end - begin) as usize;
+                        numbered[first..end].sort_unstable_by_key(|&(second, _)| second);
+                        first = end;
+                    }
+                    for (sorted, &(_, number)) in sorted.iter_mut().zip(&*numbered) {
+                        *sorted = Mesh::smallest_first(triangles[number as usize]);
+                    }
+                });
+                begin = end;
+            }
+        });
         self.stored.clone_from(&mesh.triangles);
     }
 

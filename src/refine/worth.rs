@@ -1,6 +1,7 @@
 //! What it costs to take vertices out of the mesh.
 
 use rayon::prelude::*;
+use smallvec::SmallVec;
 
 use super::Field;
 use super::cost::Cost;
@@ -8,7 +9,7 @@ use super::patch::{Closing, Plan};
 use super::rest::Rest;
 use super::ring::Ring;
 use super::share::Turn;
-use super::surface::Surface;
+use super::surface::{Fans, Surface, TOGETHER};
 use crate::mesh::Place;
 
 /// Vertices that one piece of work looks at.
@@ -22,6 +23,9 @@ pub(super) struct Worth {
     loss: Vec<Cost>,
     /// When that was found, in ticks of the surface's clock.
     asked: Vec<u32>,
+    /// By how much the squared error rises at most without each vertex, in the surface's order; infinite for those
+    /// that are not asked for.
+    rise: Vec<f32>,
     /// Vertices that may be taken out in this pass.
     pub(super) candidates: Vec<Candidate>,
     /// Memory for the triangles of the largest errors, and for those that a pass has touched.
@@ -41,7 +45,7 @@ pub(super) fn turns(vertices: usize, most: usize) -> u32 {
 }
 
 /// A vertex that may be taken out.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Candidate {
     pub(super) vertex: u32,
     /// What that costs; `None` where it is known already.
@@ -83,25 +87,35 @@ impl Worth {
         field: Field,
     ) {
         let mut candidates = std::mem::take(&mut self.candidates);
-        let mut least: Vec<(f32, u32)> = (0..surface.at.len() as u32)
-            .into_par_iter()
-            .with_min_len(PACK)
-            .filter(|&v| turn.has(v) && (!field.running || turn.has_in_quarter(v)))
-            .filter(|&v| rest.allows(v) && surface.freedom(v) == Place::Interior)
-            .map(|v| (most_loss(surface, v), v))
-            .collect();
+        let is_asked = |v: u32| {
+            turn.has(v)
+                && (!field.running || turn.has_in_quarter(v))
+                && rest.allows(v)
+                && surface.freedom(v) == Place::Interior
+        };
+        self.rise_most(surface, is_asked);
+        let rises = self.rise.iter().zip(&surface.order);
+        let mut least: Vec<(f32, u32)> =
+            rises.filter(|(rise, _)| rise.is_finite()).map(|(&rise, &v)| (rise, v)).collect();
         let order = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
         if least.len() > most {
             least.select_nth_unstable_by(most, order);
             least.truncate(most);
         }
-        let planned = least
-            .par_iter()
-            .with_min_len(PACK)
-            .map_init(<(Ring, Closing)>::default, |(ring, closing), &(_, v)| {
-                self.candidate(surface, v, ring, closing, field)
-            });
-        planned.collect_into_vec(&mut candidates);
+        let planned: Vec<u32> = least.iter().map(|&(_, v)| v).collect();
+        candidates.clear();
+        candidates.resize_with(planned.len(), Candidate::default);
+        let packs = planned.par_chunks(PACK).zip(candidates.par_chunks_mut(PACK));
+        packs.for_each_init(<(Fans, Ring, Closing)>::default, |(fans, ring, closing), pack| {
+            let parts = pack.0.chunks(TOGETHER).zip(pack.1.chunks_mut(TOGETHER));
+            for (vertices, candidates) in parts {
+                fans.walk(surface, vertices);
+                for (i, candidate) in candidates.iter_mut().enumerate() {
+                    ring.surround_by(surface, vertices[i], fans.of(i));
+                    *candidate = self.candidate(surface, vertices[i], ring, closing, field);
+                }
+            }
+        });
         for Candidate { vertex, loss, .. } in &candidates {
             if let Some(loss) = loss {
                 self.loss[*vertex as usize] = *loss;
@@ -112,7 +126,28 @@ impl Worth {
         self.candidates = candidates;
     }
 
-    /// Looks how to take out `v`, if that is not known already.
+    /// Brings up to date by how much the squared error rises at most if the vertices that are asked for are taken
+    /// out; infinite for all others.
+    fn rise_most(&mut self, surface: &Surface, is_asked: impl Fn(u32) -> bool + Sync) {
+        self.rise.resize(surface.order.len(), 0.0);
+        let packs = surface.order.par_chunks(PACK).zip(self.rise.par_chunks_mut(PACK));
+        packs.for_each(|(vertices, rise)| {
+            rise.fill(f32::INFINITY);
+            let asked = (0..vertices.len()).filter(|&i| is_asked(vertices[i]));
+            let asked: SmallVec<[usize; PACK]> = asked.collect();
+            let mut fans = Fans::default();
+            for places in asked.chunks(TOGETHER) {
+                let together: SmallVec<[u32; TOGETHER]> =
+                    places.iter().map(|&place| vertices[place]).collect();
+                fans.walk(surface, &together);
+                for (i, &place) in places.iter().enumerate() {
+                    rise[place] = most_loss(surface, fans.of(i));
+                }
+            }
+        });
+    }
+
+    /// Looks how to take out `v`, which `ring` surrounds, if that is not known already.
     fn candidate(
         &self,
         surface: &Surface,
@@ -121,7 +156,6 @@ impl Worth {
         closing: &mut Closing,
         field: Field,
     ) -> Candidate {
-        ring.surround(surface, v);
         let newest = ring.links.iter().map(|&h| surface.stamp[h as usize / 3]).max();
         if newest < Some(self.asked[v as usize]) {
             return Candidate { vertex: v, loss: None, plan: None };
@@ -149,11 +183,11 @@ impl Worth {
     }
 }
 
-/// The most by which the squared error can rise when `v` is taken out: as much as it does when all of
-/// its triangles take one colour.
-fn most_loss(surface: &Surface, v: u32) -> f32 {
+/// The most by which the squared error can rise when a vertex that half-edges are `leaving` is taken out: as much
+/// as it does when all of its triangles take one colour.
+fn most_loss(surface: &Surface, leaving: impl Iterator<Item = u32>) -> f32 {
     let (mut explained, mut count, mut sum) = (0.0, 0.0, [0.0; 4]);
-    surface.around(v, |h| {
+    leaving.for_each(|h| {
         let mean = &surface.mean[h as usize / 3];
         count += mean.count;
         for (sum, channel) in sum.iter_mut().zip(mean.colour) {

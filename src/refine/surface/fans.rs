@@ -1,0 +1,76 @@
+//! Walks around many vertices side by side.
+
+use smallvec::SmallVec;
+
+use super::{NONE, Surface, previous};
+
+/// Vertices that are walked around together. Each half-edge of a fan is known only when the one before it has
+/// been read, and where a fan ends is not foreseen: one by one, each would be waited for.
+pub(in crate::refine) const TOGETHER: usize = 8;
+
+/// Half-edges of a fan for which there is memory at once; few have more.
+const USUAL: usize = 12;
+
+/// The half-edges that leave each of up to [`TOGETHER`] vertices.
+#[derive(Debug, Default)]
+pub(in crate::refine) struct Fans {
+    /// The first of each vertex, then the second of each, and so on; of shorter fans the last goes on.
+    leaving: SmallVec<[[u32; TOGETHER]; USUAL]>,
+    lengths: [usize; TOGETHER],
+}
+
+impl Fans {
+    /// Walks around `vertices`, [`TOGETHER`] at most.
+    pub(in crate::refine) fn walk(&mut self, surface: &Surface, vertices: &[u32]) {
+        debug_assert!(vertices.len() <= TOGETHER, "{} vertices", vertices.len());
+        self.leaving.clear();
+        self.lengths = [0; TOGETHER];
+        let Some(&last) = vertices.last() else { return };
+        // The last stands in for those that are missing.
+        let vertex = |i: usize| vertices.get(i).copied().unwrap_or(last);
+        let first: [u32; TOGETHER] = std::array::from_fn(|i| surface.out[vertex(i) as usize]);
+        let mut at = first;
+        let mut goes_on = [true; TOGETHER];
+        while goes_on.contains(&true) {
+            self.leaving.push(at);
+            for i in 0..TOGETHER {
+                let following = surface.twin[previous(at[i]) as usize];
+                self.lengths[i] += usize::from(goes_on[i]);
+                goes_on[i] &= following != first[i] && following != NONE;
+                at[i] = if goes_on[i] { following } else { at[i] };
+            }
+        }
+    }
+
+    /// The half-edges that leave the vertex at place `i` among those that were walked around, in the order of
+    /// their triangles: what [`Surface::around`] visits.
+    pub(in crate::refine) fn of(&self, i: usize) -> impl Iterator<Item = u32> {
+        self.leaving[..self.lengths[i]].iter().map(move |leaving| leaving[i])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Size;
+    use crate::refine::tests::scattered;
+
+    /// Inside, on the border and at corners, vertices of few and of many triangles.
+    #[test]
+    fn fans_are_what_a_walk_around_each_vertex_visits() {
+        let mut surface = Surface::default();
+        surface.link(&scattered(Size::new(300, 200), 400));
+        let vertices: Vec<u32> = (0..surface.at.len() as u32).collect();
+        let mut fans = Fans::default();
+        for together in (1..=TOGETHER).flat_map(|count| vertices.chunks(count)) {
+            fans.walk(&surface, together);
+            for (i, &v) in together.iter().enumerate() {
+                let mut alone = Vec::new();
+                surface.around(v, |h| alone.push(h));
+                assert_eq!(fans.of(i).collect::<Vec<_>>(), alone, "vertex {v}");
+            }
+        }
+        fans.walk(&surface, &[]);
+        assert_eq!(fans.of(0).count(), 0);
+    }
+}
