@@ -141,8 +141,9 @@ impl Painter {
 /// Fills each triangle of `mesh` with the mean colour of the pixels of `frame` that it covers (paper,
 /// section 3: the last step), and draws its edges in `outline`, one pixel wide.
 ///
-/// A transparent pixel weighs nothing in the mean; the triangle's alpha is the mean alpha. Mesh and
-/// frame must have one size.
+/// A transparent pixel weighs nothing in the mean; the triangle's alpha is the mean alpha. But where less than an
+/// eighth of a triangle is seen, and that is rather opaque than not, it is transparent, and the other way round: a
+/// figure that is cut out has no haze around it. Mesh and frame must have one size.
 pub fn rasterise(mesh: &Mesh, frame: &Frame, outline: Option<Rgba>) -> Painting {
     let (memory, bands, easels) =
         (&mut Memory::default(), &mut Bands::default(), &mut Easels::default());
@@ -228,6 +229,21 @@ mod tests {
         Frame::new(size, pixels.collect()).expect("a small frame")
     }
 
+    /// The alpha of a triangle whose pixels have these, from its definition.
+    fn alpha_of<I: Iterator<Item = f64>>(alphas: impl Fn() -> I) -> f64 {
+        let mean = alphas().sum::<f64>() / alphas().count() as f64;
+        let is_stray = |part: fn(f64) -> f64| {
+            let (sum, squares) =
+                alphas().map(part).fold((0.0, 0.0), |(s, q), part| (s + part, q + part * part));
+            sum / (alphas().count() as f64) < 255.0 / 8.0 && squares / sum > 127.5
+        };
+        match (is_stray(|alpha| alpha), is_stray(|alpha| 255.0 - alpha)) {
+            (true, _) => 0.0,
+            (_, true) => 255.0,
+            _ => mean,
+        }
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(48))]
 
@@ -263,11 +279,12 @@ mod tests {
             prop_assert_eq!(total as usize, size.pixels());
             for t in 0..mesh.triangles.len() as u32 {
                 let mine: Vec<_> = (0..size.pixels()).filter(|&i| owner[i] == t).collect();
-                let weight: f64 = mine.iter().map(|&i| f64::from(frame.pixels()[i][3])).sum();
+                let alphas = || mine.iter().map(|&i| f64::from(frame.pixels()[i][3]));
+                let weight: f64 = alphas().sum();
+                let alpha = alpha_of(alphas);
                 for i in &mine {
                     let painted = painting.frame.pixels()[*i];
-                    let mean_alpha = weight / mine.len() as f64;
-                    prop_assert!((f64::from(painted[3]) - mean_alpha).abs() <= 0.5);
+                    prop_assert!((f64::from(painted[3]) - alpha).abs() <= 0.5);
                     for c in 0..3 {
                         let sum: f64 = mine
                             .iter()
@@ -288,6 +305,37 @@ mod tests {
         let mesh = triangulate(Size::new(2, 1), &[]).expect("corners");
         let colours: Vec<_> = means(&mesh, &frame).iter().map(|f| f.colour).collect();
         assert!(colours.contains(&[200, 100, 50, 255]) || colours.contains(&[200, 100, 50, 128]));
+    }
+
+    /// The alpha of the upper right half of a square, of whose 190 pixels the first `part` have `alpha` and the
+    /// others `rest`.
+    fn alpha_of_half(part: u32, alpha: u8, rest: u8) -> u8 {
+        let size = Size::new(20, 20);
+        let mesh = triangulate(size, &[]).expect("corners");
+        let triangle = (0..2).find(|&t| {
+            let mut has = false;
+            scan::spans(mesh.triangle(t), 0..20, |y, xs| has |= y == 0 && xs.contains(&15));
+            has
+        });
+        let mut pixels = vec![[9, 9, 9, 255]; size.pixels()];
+        let mut count = 0;
+        scan::spans(mesh.triangle(triangle.expect("one has it")), 0..20, |y, xs| {
+            for x in xs {
+                pixels[y as usize * 20 + x][3] = if count < part { alpha } else { rest };
+                count += 1;
+            }
+        });
+        let frame = Frame::new(size, pixels).expect("a small frame");
+        means(&mesh, &frame)[triangle.expect("as above")].colour[3]
+    }
+
+    #[test]
+    fn a_figure_that_is_cut_out_has_no_haze_around_it_nor_holes() {
+        assert_eq!(alpha_of_half(15, 255, 0), 0);
+        assert_eq!(alpha_of_half(15, 0, 255), 255);
+        assert!((30..60).contains(&alpha_of_half(30, 255, 0)), "a sixth is not left out");
+        assert_eq!(alpha_of_half(400, 20, 0), 20, "what is faint all over stays");
+        assert_eq!(alpha_of_half(400, 235, 0), 235, "so does what is nearly opaque");
     }
 
     #[test]
