@@ -141,8 +141,8 @@ impl Painter {
 /// Fills each triangle of `mesh` with the mean colour of the pixels of `frame` that it covers (paper,
 /// section 3: the last step), and draws its edges in `outline`, one pixel wide.
 ///
-/// A transparent pixel weighs nothing in the mean; the triangle's alpha is the mean alpha. But where less than an
-/// eighth of a triangle is seen, and that is rather opaque than not, it is transparent, and the other way round: a
+/// A transparent pixel weighs nothing in the mean; the triangle's alpha is the mean alpha. But where less than a
+/// quarter of a triangle is seen, and that is rather opaque than not, it is transparent, and the other way round: a
 /// figure that is cut out has no haze around it. Mesh and frame must have one size.
 pub fn rasterise(mesh: &Mesh, frame: &Frame, outline: Option<Rgba>) -> Painting {
     let (memory, bands, easels) =
@@ -235,7 +235,7 @@ mod tests {
         let is_stray = |part: fn(f64) -> f64| {
             let (sum, squares) =
                 alphas().map(part).fold((0.0, 0.0), |(s, q), part| (s + part, q + part * part));
-            sum / (alphas().count() as f64) < 255.0 / 8.0 && squares / sum > 127.5
+            sum / (alphas().count() as f64) < 255.0 / 4.0 && squares / sum > 127.5
         };
         match (is_stray(|alpha| alpha), is_stray(|alpha| 255.0 - alpha)) {
             (true, _) => 0.0,
@@ -331,9 +331,9 @@ mod tests {
 
     #[test]
     fn a_figure_that_is_cut_out_has_no_haze_around_it_nor_holes() {
-        assert_eq!(alpha_of_half(15, 255, 0), 0);
-        assert_eq!(alpha_of_half(15, 0, 255), 255);
-        assert!((30..60).contains(&alpha_of_half(30, 255, 0)), "a sixth is not left out");
+        assert_eq!(alpha_of_half(40, 255, 0), 0);
+        assert_eq!(alpha_of_half(40, 0, 255), 255);
+        assert!((70..90).contains(&alpha_of_half(60, 255, 0)), "three tenths are not left out");
         assert_eq!(alpha_of_half(400, 20, 0), 20, "what is faint all over stays");
         assert_eq!(alpha_of_half(400, 235, 0), 235, "so does what is nearly opaque");
     }

@@ -28,8 +28,8 @@ pub(super) struct Tally {
 
 /// Of a triangle on the outline of a figure that is cut out, the share of its pixels that do not belong to it as the
 /// others do, one in so many, below which they do not count: such triangles would be a haze of rays around the
-/// figure, or of holes in it. Their squared error grows by a seventh at most.
-const STRAY: u64 = 8;
+/// figure, or of holes in it. Their squared error grows by a third at most.
+const STRAY: u64 = 4;
 
 /// Whether the `sum` of `seen` pixels' alpha, or of what it lacks of 255, comes from few of them, and each has much.
 fn is_stray(sum: u64, squares: u64, seen: u64) -> bool {
