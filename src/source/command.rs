@@ -11,8 +11,8 @@ use crate::source::probe::{self, Pixels, Track};
 /// How ffmpeg scales: what loses least.
 const SCALING: &str = "bicubic+accurate_rnd+full_chroma_int";
 
-/// `track` of `path`, as `info` has it.
-pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track) -> Vec<OsString> {
+/// `track` of `path`, as `info` has it, from so many `seconds` after the first stream's beginning on.
+pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track, seconds: i64) -> Vec<OsString> {
     let size = info.size;
     // Without a word on ranges, ffmpeg makes limited range of what has more than 8 bits.
     let range = match track.pixels {
@@ -26,7 +26,9 @@ pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track) -> Vec<OsStri
     );
     let shape = child::arguments([&"-vf", &filter]);
     let units = format!("{}:{}", track.time_base.num, track.time_base.den);
-    decode(path, track.decoder, &format!("0:{}", track.index), shape, &units)
+    let from =
+        if seconds > 0 { child::arguments([&"-ss", &seconds.to_string()]) } else { Vec::new() };
+    decode(path, from, track.decoder, &format!("0:{}", track.index), shape, &units)
 }
 
 /// The first video track of `path` as it is, of which nothing is known yet. Frames of another size than
@@ -34,12 +36,14 @@ pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track) -> Vec<OsStri
 pub(crate) fn first_track(path: &Path) -> Vec<OsString> {
     let shape = child::arguments([&"-sws_flags", &SCALING, &"-sws_dither", &"none"]);
     // -1: the track's own units, whatever they are.
-    decode(path, None, "0:V:0", shape, "-1")
+    decode(path, Vec::new(), None, "0:V:0", shape, "-1")
 }
 
-/// The track that ffmpeg calls `map`, its frames brought into `shape`, their times in `units`.
+/// The track that ffmpeg calls `map`, `from` where it is to begin, its frames brought into `shape`, their times in
+/// `units`.
 fn decode(
     path: &Path,
+    from: Vec<OsString>,
     decoder: Option<&str>,
     map: &str,
     shape: Vec<OsString>,
@@ -51,6 +55,7 @@ fn decode(
     if let Some(decoder) = decoder {
         args.extend(child::arguments([&"-c:v", &decoder]));
     }
+    args.extend(from);
     args.extend(probe::input_format(path));
     args.extend([OsString::from("-i"), child::address(path)]);
     args.extend(child::arguments([&"-map", &map, &"-an", &"-sn", &"-dn"]));

@@ -31,7 +31,8 @@ pub(crate) fn is_address(path: &Path) -> bool {
 /// As [`Video::open`].
 pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
     let ffmpeg = options.ffmpeg.as_deref();
-    let early = options.soon && !is_address(&path);
+    let near = options.start.is_none_or(|start| start.to_f64() < FAR);
+    let early = options.soon && near && !is_address(&path);
     let early = early.then(|| Early::start(&path, ffmpeg)).flatten();
     let video = Video::open(&path, ffmpeg)?;
     let mut early = early.filter(|_| video.probed.track.as_it_is);
@@ -50,6 +51,13 @@ pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
     });
     Ok(input.with_sound(sound))
 }
+
+/// Only from here on ffmpeg looks for a place to begin at: what comes before is decoded in less than a second.
+const FAR: f64 = 10.0;
+
+/// Seconds before the first wanted frame at which it begins: a key frame is told by when it is decoded, or comes with
+/// others that lean on what is not there; and the first stream may begin up to a second before our 0 or after it.
+const AHEAD: i64 = 3;
 
 /// A video that has been looked at but not started.
 #[derive(Clone, Debug)]
@@ -80,19 +88,21 @@ impl Video {
     /// # Errors
     /// [`Error::Input`] when it cannot be started.
     pub fn start(&self) -> Result<VideoSource> {
+        self.start_at(0).map_err(|what| Error::input(&self.path, what))
+    }
+
+    /// The same, from so many `seconds` after the first stream's beginning on.
+    fn start_at(&self, seconds: i64) -> Result<VideoSource, String> {
         let Probed { info, track, .. } = &self.probed;
         let program = child::ffmpeg_program(self.ffmpeg.as_deref());
-        let mut child = Child::spawn(&program, &command::track(&self.path, info, track))
-            .map_err(|what| Error::input(&self.path, what))?;
+        let mut child = Child::spawn(&program, &command::track(&self.path, info, track, seconds))?;
         if is_address(&self.path) {
             child.be_patient();
             child.may_hang_up();
         }
-        let stdout = child
-            .stdout()
-            .ok_or_else(|| Error::input(&self.path, "ffmpeg came without standard output"))?;
+        let stdout = child.stdout().ok_or("ffmpeg came without standard output")?;
         let stdout = BufReader::with_capacity(BUFFER, stdout);
-        Ok(VideoSource { stdout: Some(stdout), ..self.source(child) })
+        Ok(VideoSource { stdout: Some(stdout), sought: seconds > 0, ..self.source(child) })
     }
 
     /// Goes on with a decoder that runs already, if that does what is wanted.
@@ -105,7 +115,8 @@ impl Video {
     fn source(&self, child: Child) -> VideoSource {
         let Probed { info, track, .. } = &self.probed;
         VideoSource {
-            path: self.path.clone(),
+            video: self.clone(),
+            sought: false,
             info: info.clone(),
             track: track.clone(),
             stdout: None,
@@ -133,7 +144,9 @@ struct Raw {
 
 /// A video being decoded. Dropping it ends ffmpeg.
 pub struct VideoSource {
-    path: PathBuf,
+    video: Video,
+    /// Whether ffmpeg did not begin at the beginning.
+    sought: bool,
     info: StreamInfo,
     track: Track,
     /// The pipe until its headers are read.
@@ -185,12 +198,31 @@ impl VideoSource {
     /// The first frame that is wanted; those before it are not converted.
     fn wanted(&mut self) -> Option<Raw> {
         loop {
-            let raw = self.read()?;
+            let raw = self.read();
+            let missed = match &raw {
+                Some(raw) => self.received == 1 && raw.start > self.from,
+                None => self.received == 0,
+            };
+            if self.sought && missed {
+                // There may have been one before, which is wanted.
+                self.start_over();
+                continue;
+            }
+            let raw = raw?;
             if raw.start >= self.from {
                 return Some(raw);
             }
             self.spare = raw.data;
-            self.delivered += 1;
+            // Of what was not decoded nobody knows how many they are.
+            self.delivered += u64::from(!self.sought);
+        }
+    }
+
+    /// Begins at the beginning after all.
+    fn start_over(&mut self) {
+        match self.video.start_at(0) {
+            Ok(source) => *self = Self { from: self.from, ..source },
+            Err(what) => (self.sought, self.outcome) = (false, Some(Err(what))),
         }
     }
 
@@ -231,7 +263,8 @@ impl VideoSource {
     /// and more than twice any gap before, are missed, and only if frames are missing.
     fn check_promise(&self) -> Result<(), String> {
         let (Some(end), Some(last)) = (self.track.end, self.last_start) else { return Ok(()) };
-        let all = self.info.frames.is_some_and(|frames| self.received >= frames);
+        // Where they were not counted from the first one it is left to ffmpeg to complain.
+        let all = self.info.frames.is_some_and(|frames| self.sought || self.received >= frames);
         let slack = self.longest.max(Rational::new(5, 1)) * Rational::new(2, 1);
         if all || end - last <= slack {
             return Ok(());
@@ -277,6 +310,13 @@ impl VideoSource {
 impl Source for VideoSource {
     fn skip_to(&mut self, start: Rational) {
         self.from = start;
+        if self.received == 0
+            && self.track.has_index
+            && start.to_f64() >= FAR
+            && let Ok(source) = self.video.start_at(start.to_f64() as i64 - AHEAD)
+        {
+            *self = Self { from: start, ..source };
+        }
     }
 
     fn reuse(&mut self, spent: Frame) {
@@ -286,7 +326,7 @@ impl Source for VideoSource {
     fn next(&mut self) -> Result<Option<Decoded>> {
         let Some(raw) = self.ahead.take().or_else(|| self.wanted()) else {
             return match self.outcome.take() {
-                Some(Err(what)) => Err(Error::input_frame(&self.path, self.delivered, what)),
+                Some(Err(what)) => Err(Error::input_frame(&self.video.path, self.delivered, what)),
                 _ => Ok(None),
             };
         };

@@ -52,6 +52,8 @@ pub(crate) struct Track {
     /// Whether its frames come through the pipe as they are in the file, and there is no other track of
     /// pictures.
     pub(crate) as_it_is: bool,
+    /// Whether the container tells where its frames lie, so that one need not begin at the first.
+    pub(crate) has_index: bool,
 }
 
 impl Track {
@@ -171,7 +173,10 @@ pub(crate) fn probe(path: &Path, ffmpeg: Option<&Path>) -> Result<Probed> {
         && rotation(stream) == 0.0
         && text(stream, "sample_aspect_ratio").is_none_or(|aspect| matches!(aspect, "1:1" | "0:1"))
         && streams(&answer, "video").count() == 1;
-    let track = Track { index, time_base, format, pixels, decoder, zero, end, as_it_is };
+    // As ffmpeg names them, with their kin: mov,mp4,m4a,3gp,3g2,mj2 and matroska,webm.
+    let has_index =
+        !info.live && container.split(',').any(|name| matches!(name, "mp4" | "matroska"));
+    let track = Track { index, time_base, format, pixels, decoder, zero, end, as_it_is, has_index };
     Ok(Probed { info, track, sound: sound_tracks(&answer) })
 }
 

@@ -10,6 +10,7 @@ mod faults;
 mod given;
 mod pixels;
 mod program;
+mod seek;
 mod sound;
 mod stand_in;
 mod time;
