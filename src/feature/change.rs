@@ -49,6 +49,8 @@ const FLASH_FRAMES: u32 = 12;
 pub enum Change {
     /// It begins a new shot: the first frame, or the one after a cut.
     Shot,
+    /// It begins anew, though the shot goes on: the first frame that shows anything, of a shot that fades in.
+    Emerges,
     /// It goes on from the frame before, moved so.
     Goes(Motion),
 }
@@ -66,6 +68,8 @@ struct Seen {
     previous: Small,
     /// Whether it showed something else than the frame before it.
     other: bool,
+    /// Whether the shot began without texture, and no frame is known to have had any since.
+    blank: bool,
     /// The last frame with texture before one without, and how long ago that was.
     before_flash: Option<(Small, u32)>,
 }
@@ -88,7 +92,8 @@ impl Watcher {
     }
 
     fn begin(&mut self, small: Small) -> Change {
-        self.seen = Some(Seen { previous: small, other: true, before_flash: None });
+        let blank = is_empty(&small);
+        self.seen = Some(Seen { previous: small, other: true, blank, before_flash: None });
         Change::Shot
     }
 
@@ -105,8 +110,11 @@ impl Watcher {
             let is_shifted = || histogram_distance(&seen.previous, &small) > CUT_SHIFT;
             let other = seen.is_left(&small, &motion) && (share > CUT_WIDE || is_shifted());
             if other && (!seen.other || is_shifted()) {
-                return self.begin(small);
+                let emerges = seen.blank && seen.before_flash.is_none() && is_empty(&seen.previous);
+                let shot = self.begin(small);
+                return if emerges { Change::Emerges } else { shot };
             }
+            seen.blank = false;
             other
         } else {
             false
@@ -122,7 +130,7 @@ impl Watcher {
         let motion = Motion::rest(&small);
         let full = || (!is_empty(&seen.previous)).then_some((seen.previous, 0));
         let before_flash = seen.before_flash.or_else(full).and_then(older);
-        self.seen = Some(Seen { previous: small, other: false, before_flash });
+        self.seen = Some(Seen { previous: small, other: false, before_flash, ..seen });
         Change::Goes(motion)
     }
 }
@@ -271,7 +279,11 @@ mod tests {
             [0],
             "fade out"
         );
-        assert_eq!(cuts((1..20).map(|t| scene(1, 0.0, f64::from(t) * 0.05))), [0], "fade in");
+        for frames in [4, 8, 20] {
+            let light = |t: u32| f64::from(t) / f64::from(frames);
+            assert_eq!(cuts((1..frames).map(|t| scene(1, 0.0, light(t)))), [0], "fade in");
+            assert_eq!(cuts((0..frames).map(|t| scene(1, 0.0, light(t)))), [0], "from black");
+        }
         assert_eq!(cuts((0..8).map(|t| scene(1, f64::from(t) * 15.0, 1.0))), [0], "pan");
     }
 
@@ -332,6 +344,22 @@ mod tests {
         let shot = |seed: u64| (0..5).map(move |t| scene(seed, f64::from(t) * 4.0, 1.0));
         assert_eq!(cuts(shot(1).chain(white()).chain(shot(2))), [0, 6]);
         assert_eq!(cuts(shot(1).chain(white()).chain(shot(1))), [0]);
+    }
+
+    #[test]
+    fn what_comes_after_an_empty_beginning_emerges_and_is_cut_to_later() {
+        let black = Frame::filled(SIZE, [0, 0, 0, 255]).expect("black");
+        let mut watcher = Watcher::default();
+        let mut is = |frame: &Frame| watcher.watch(frame);
+        assert_eq!(is(&black), Change::Shot);
+        assert!(matches!(is(&black), Change::Goes(_)));
+        assert_eq!(is(&scene(1, 0.0, 0.3)), Change::Emerges);
+        assert!(matches!(is(&scene(1, 0.0, 0.6)), Change::Goes(_)));
+        assert_eq!(is(&scene(2, 0.0, 1.0)), Change::Shot);
+        for _ in 0..=FLASH_FRAMES {
+            assert!(matches!(is(&black), Change::Goes(_)));
+        }
+        assert_eq!(is(&scene(1, 0.0, 1.0)), Change::Shot, "this one is cut to");
     }
 
     #[test]

@@ -83,8 +83,13 @@ impl Extractor {
         let anew = std::mem::take(&mut self.anew);
         match change {
             Change::Goes(_) if !anew => Features { change, ..Mask::new(frame.size()).into() },
-            _ if look == Look::Full => self.features(frame),
-            _ => half::features(self, frame),
+            _ => {
+                let full = look == Look::Full;
+                let features =
+                    if full { self.features(frame) } else { half::features(self, frame) };
+                let change = if change == Change::Emerges { change } else { Change::Shot };
+                Features { change, ..features }
+            }
         }
     }
 

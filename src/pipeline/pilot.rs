@@ -146,7 +146,7 @@ impl Pilot {
 
 /// Whether the mesh of a frame with `features` begins anew.
 fn begins(features: &Features) -> bool {
-    features.change == Change::Shot
+    !matches!(features.change, Change::Goes(_))
 }
 
 /// Time of the thread of the mesh.

@@ -67,6 +67,8 @@ pub struct Sampler {
     seeds: u32,
     /// How many seeds live on in a mesh whose seeds have become fewer or more.
     survivors: Option<usize>,
+    /// Whether the frame begins anew without a cut.
+    emerges: bool,
 }
 
 impl Sampler {
@@ -80,6 +82,7 @@ impl Sampler {
             before: Vec::new(),
             seeds: Detail::FULL.seeds,
             survivors: None,
+            emerges: false,
         }
     }
 
@@ -118,6 +121,7 @@ impl Sampler {
         let size = features.candidates.size();
         let before = std::mem::replace(&mut self.seeds, detail.seeds);
         self.survivors = None;
+        self.emerges = features.change == Change::Emerges;
         let living = self.living.take();
         self.before.clear();
         self.before.extend(living.iter().flat_map(|mesh| mesh.seeds()));
@@ -165,7 +169,12 @@ impl Sampler {
         }
         if fresh {
             let died = self.before.len();
-            return Life { born: seeds.len(), died, cut: died > 0, ..Life::default() };
+            return Life {
+                born: seeds.len(),
+                died,
+                cut: died > 0 && !self.emerges,
+                ..Life::default()
+            };
         }
         let stayed = seeds.iter().zip(&self.before).filter(|(now, then)| now == then).count();
         // One that was re-placed to just where it was is not to be told from one that stayed.
