@@ -1,8 +1,6 @@
 //! Classes of vertices that can move at once.
 
-use smallvec::SmallVec;
-
-use super::surface::{Fans, Surface, TOGETHER, next};
+use super::surface::{Fan, Surface, around_each, next};
 
 /// Vertices in classes, no two of a class joined by an edge: what one of them does leaves the
 /// surroundings of the others as they are, so that a class moves in parallel and the outcome does not
@@ -32,22 +30,12 @@ impl Colouring {
             class.drain(..).for_each(|v| self.colour[v as usize] = UNCOLOURED);
         }
         self.colour.resize(surface.at.len(), UNCOLOURED);
-        let mut fans = Fans::default();
-        let mut wanted = order.iter().copied().filter(|&v| wanted(v));
-        loop {
-            let together: SmallVec<[u32; TOGETHER]> = wanted.by_ref().take(TOGETHER).collect();
-            if together.is_empty() {
-                return;
-            }
-            fans.walk(surface, &together);
-            for (i, &v) in together.iter().enumerate() {
-                self.put(surface, v, fans.of(i));
-            }
-        }
+        let wanted = order.iter().copied().filter(|&v| wanted(v));
+        around_each(surface, wanted, |&v| v, |v, leaving| self.put(surface, v, leaving));
     }
 
     /// Puts `v`, which half-edges are `leaving`, into the first class that none of its neighbours is in.
-    fn put(&mut self, surface: &Surface, v: u32, leaving: impl Iterator<Item = u32>) {
+    fn put(&mut self, surface: &Surface, v: u32, leaving: Fan) {
         let mut taken = 0u64;
         let mut take = |w: u32| {
             let colour = self.colour[w as usize];

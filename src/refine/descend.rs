@@ -107,7 +107,7 @@ impl Visits {
     fn surround(&mut self, surface: &Surface, vertices: &[u32]) {
         self.fans.walk(surface, vertices);
         for (i, (&v, ring)) in vertices.iter().zip(&mut self.rings).enumerate() {
-            ring.surround_by(surface, v, self.fans.of(i));
+            ring.surround(surface, v, self.fans.of(i));
             ring.sum_up(surface);
         }
     }

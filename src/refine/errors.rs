@@ -110,11 +110,7 @@ mod tests {
         }
         let mut sums = vec![7.0; 3];
         errors.around_all(&surface, &mut sums);
-        let slowly = |v: u32| {
-            let mut sum = 0.0;
-            surface.around(v, |h| sum += errors.of(h / 3));
-            sum
-        };
+        let slowly = |v: u32| surface.around(v).map(|h| errors.of(h / 3)).sum::<f64>();
         assert_eq!(sums, (0..surface.at.len() as u32).map(slowly).collect::<Vec<_>>());
     }
 }

@@ -92,7 +92,8 @@ pub(super) fn replace(
         }
         // The cheapest vertex whose surroundings nothing has touched in this pass.
         let next = leaving.find(|&(_, i)| {
-            around.surround(surface, worth.candidates[i].vertex);
+            let v = worth.candidates[i].vertex;
+            around.surround(surface, v, surface.around(v));
             let free =
                 |&h: &u32| !taken[h as usize / 3] && ring.links.iter().all(|&g| g / 3 != h / 3);
             around.links.iter().all(free)

@@ -28,15 +28,9 @@ pub(super) struct Ring {
 }
 
 impl Ring {
-    /// Takes the polygon around vertex `v`, without its sums: see [`Ring::sum_up`].
-    pub(super) fn surround(&mut self, surface: &Surface, v: u32) {
-        self.clear();
-        surface.around(v, |h| self.push(surface, next(h)));
-        self.finish_around(surface, v);
-    }
-
-    /// The same, where it is known which half-edges are `leaving` the vertex.
-    pub(super) fn surround_by(
+    /// Takes the polygon around vertex `v`, which half-edges are `leaving`, without its sums: see
+    /// [`Ring::sum_up`].
+    pub(super) fn surround(
         &mut self,
         surface: &Surface,
         v: u32,
@@ -44,10 +38,6 @@ impl Ring {
     ) {
         self.clear();
         leaving.for_each(|h| self.push(surface, next(h)));
-        self.finish_around(surface, v);
-    }
-
-    fn finish_around(&mut self, surface: &Surface, v: u32) {
         self.closed = surface.twin[surface.out[v as usize] as usize] != NONE;
         self.finish(surface);
     }

@@ -11,7 +11,7 @@ use super::sums::{Sums, Total};
 use crate::frame::Fill;
 use crate::geom::{Point, Size, orient};
 use crate::mesh::{CORNERS, Mesh, Place, starts};
-pub(super) use fans::{Fans, TOGETHER};
+pub(super) use fans::{Fan, Fans, TOGETHER, around_each};
 
 /// No half-edge: the other side of the frame's border.
 pub(super) const NONE: u32 = u32::MAX;
@@ -243,17 +243,13 @@ impl Surface {
         }
     }
 
-    /// Calls `visit` with the half-edges that leave `v`, in the order of their triangles around it.
-    pub(super) fn around(&self, v: u32, mut visit: impl FnMut(u32)) {
+    /// The half-edges that leave `v`, in the order of their triangles around it.
+    pub(super) fn around(&self, v: u32) -> impl Iterator<Item = u32> {
         let first = self.out[v as usize];
-        let mut h = first;
-        loop {
-            visit(h);
-            h = self.twin[previous(h) as usize];
-            if h == first || h == NONE {
-                return;
-            }
-        }
+        std::iter::successors(Some(first), move |&h| {
+            let following = self.twin[previous(h) as usize];
+            (following != first && following != NONE).then_some(following)
+        })
     }
 
     /// The pixel sums of triangle `t`.

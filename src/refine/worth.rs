@@ -1,7 +1,6 @@
 //! What it costs to take vertices out of the mesh.
 
 use rayon::prelude::*;
-use smallvec::SmallVec;
 
 use super::Field;
 use super::cost::Cost;
@@ -9,7 +8,7 @@ use super::patch::{Closing, Plan};
 use super::rest::Rest;
 use super::ring::Ring;
 use super::share::Turn;
-use super::surface::{Fans, Surface, TOGETHER};
+use super::surface::{Fan, Surface, around_each};
 use crate::mesh::Place;
 
 /// Vertices that one piece of work looks at.
@@ -106,16 +105,21 @@ impl Worth {
         candidates.clear();
         candidates.resize_with(planned.len(), Candidate::default);
         let packs = planned.par_chunks(PACK).zip(candidates.par_chunks_mut(PACK));
-        packs.for_each_init(<(Fans, Ring, Closing)>::default, |(fans, ring, closing), pack| {
-            let parts = pack.0.chunks(TOGETHER).zip(pack.1.chunks_mut(TOGETHER));
-            for (vertices, candidates) in parts {
-                fans.walk(surface, vertices);
-                for (i, candidate) in candidates.iter_mut().enumerate() {
-                    ring.surround_by(surface, vertices[i], fans.of(i));
-                    *candidate = self.candidate(surface, vertices[i], ring, closing, field);
-                }
-            }
-        });
+        packs.for_each_init(
+            <(Ring, Closing)>::default,
+            |(ring, closing), (vertices, candidates)| {
+                let asked = vertices.iter().zip(candidates);
+                around_each(
+                    surface,
+                    asked,
+                    |(v, _)| **v,
+                    |(&v, candidate), leaving| {
+                        ring.surround(surface, v, leaving);
+                        *candidate = self.candidate(surface, v, ring, closing, field);
+                    },
+                );
+            },
+        );
         for Candidate { vertex, loss, .. } in &candidates {
             if let Some(loss) = loss {
                 self.loss[*vertex as usize] = *loss;
@@ -133,17 +137,15 @@ impl Worth {
         let packs = surface.order.par_chunks(PACK).zip(self.rise.par_chunks_mut(PACK));
         packs.for_each(|(vertices, rise)| {
             rise.fill(f32::INFINITY);
-            let asked = (0..vertices.len()).filter(|&i| is_asked(vertices[i]));
-            let asked: SmallVec<[usize; PACK]> = asked.collect();
-            let mut fans = Fans::default();
-            for places in asked.chunks(TOGETHER) {
-                let together: SmallVec<[u32; TOGETHER]> =
-                    places.iter().map(|&place| vertices[place]).collect();
-                fans.walk(surface, &together);
-                for (i, &place) in places.iter().enumerate() {
-                    rise[place] = most_loss(surface, fans.of(i));
-                }
-            }
+            let asked = vertices.iter().zip(rise).filter(|(v, _)| is_asked(**v));
+            around_each(
+                surface,
+                asked,
+                |(v, _)| **v,
+                |(_, rise), leaving| {
+                    *rise = most_loss(surface, leaving);
+                },
+            );
         });
     }
 
@@ -185,7 +187,7 @@ impl Worth {
 
 /// The most by which the squared error can rise when a vertex that half-edges are `leaving` is taken out: as much
 /// as it does when all of its triangles take one colour.
-fn most_loss(surface: &Surface, leaving: impl Iterator<Item = u32>) -> f32 {
+fn most_loss(surface: &Surface, leaving: Fan) -> f32 {
     let (mut explained, mut count, mut sum) = (0.0, 0.0, [0.0; 4]);
     leaving.for_each(|h| {
         let mean = &surface.mean[h as usize / 3];

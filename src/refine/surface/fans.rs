@@ -44,8 +44,44 @@ impl Fans {
 
     /// The half-edges that leave the vertex at place `i` among those that were walked around, in the order of
     /// their triangles: what [`Surface::around`] visits.
-    pub(in crate::refine) fn of(&self, i: usize) -> impl Iterator<Item = u32> {
-        self.leaving[..self.lengths[i]].iter().map(move |leaving| leaving[i])
+    pub(in crate::refine) fn of(&self, i: usize) -> Fan<'_> {
+        Fan { leaving: self.leaving[..self.lengths[i]].iter(), i }
+    }
+}
+
+/// The half-edges that leave one of some vertices.
+#[derive(Clone, Debug)]
+pub(in crate::refine) struct Fan<'a> {
+    leaving: std::slice::Iter<'a, [u32; TOGETHER]>,
+    i: usize,
+}
+
+impl Iterator for Fan<'_> {
+    type Item = u32;
+
+    fn next(&mut self) -> Option<u32> {
+        self.leaving.next().map(|leaving| leaving[self.i])
+    }
+}
+
+/// Calls `visit` with each of `items` and the half-edges that leave its `vertex`.
+pub(in crate::refine) fn around_each<T>(
+    surface: &Surface,
+    mut items: impl Iterator<Item = T>,
+    vertex: impl Fn(&T) -> u32,
+    mut visit: impl FnMut(T, Fan),
+) {
+    let mut fans = Fans::default();
+    loop {
+        let together: SmallVec<[T; TOGETHER]> = items.by_ref().take(TOGETHER).collect();
+        if together.is_empty() {
+            return;
+        }
+        let vertices: SmallVec<[u32; TOGETHER]> = together.iter().map(&vertex).collect();
+        fans.walk(surface, &vertices);
+        for (i, item) in together.into_iter().enumerate() {
+            visit(item, fans.of(i));
+        }
     }
 }
 
@@ -65,11 +101,21 @@ mod tests {
         for together in (1..=TOGETHER).flat_map(|count| vertices.chunks(count)) {
             fans.walk(&surface, together);
             for (i, &v) in together.iter().enumerate() {
-                let mut alone = Vec::new();
-                surface.around(v, |h| alone.push(h));
+                let alone = surface.around(v).collect::<Vec<_>>();
                 assert_eq!(fans.of(i).collect::<Vec<_>>(), alone, "vertex {v}");
             }
         }
+        let mut visited = Vec::new();
+        around_each(
+            &surface,
+            vertices.iter(),
+            |&&v| v,
+            |&v, fan| {
+                assert!(fan.eq(surface.around(v)), "vertex {v}");
+                visited.push(v);
+            },
+        );
+        assert_eq!(visited, vertices);
         fans.walk(&surface, &[]);
         assert_eq!(fans.of(0).count(), 0);
     }

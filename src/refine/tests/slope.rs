@@ -31,7 +31,8 @@ fn force_and_slope(chance: u32) -> ([f64; 2], [f64; 2]) {
     refiner.surface.link(&mesh);
     refiner.surface.measure(&refiner.rows);
     let mut ring = Ring::default();
-    ring.surround(&refiner.surface, CORNERS as u32);
+    let v = CORNERS as u32;
+    ring.surround(&refiner.surface, v, refiner.surface.around(v));
     ring.sum_up(&refiner.surface);
     let mean = |i: usize| refiner.surface.mean[ring.links[i] as usize / 3].known();
     let field = Field {

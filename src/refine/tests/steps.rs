@@ -35,8 +35,7 @@ fn audit(surface: &Surface, rows: &RowSums) {
         assert_eq!(surface.from(out), v);
         let on_border = surface.freedom(v) != Place::Interior;
         assert_eq!(surface.twin[out as usize] == NONE, on_border, "vertex {v} is entered wrongly");
-        let mut fan = 0;
-        surface.around(v, |_| fan += 1);
+        let fan = surface.around(v).count();
         assert_eq!(fan, surface.origin.iter().filter(|&&o| o == v).count());
     }
 }
