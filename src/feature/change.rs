@@ -55,6 +55,13 @@ pub enum Change {
     Goes(Motion),
 }
 
+impl Change {
+    /// Whether the frame has nothing of the one before it.
+    pub fn begins(&self) -> bool {
+        !matches!(self, Self::Goes(_))
+    }
+}
+
 /// Watches a stream, one frame after the other.
 #[derive(Debug, Default)]
 pub struct Watcher {
@@ -80,7 +87,11 @@ impl Watcher {
         let small = Small::in_memory(frame, self.spent.take());
         match self.seen.take().filter(|seen| seen.previous.size == small.size) {
             Some(seen) => self.compare(seen, small),
-            None => self.begin(small),
+            None => {
+                let blank = is_empty(&small);
+                self.begin(small, blank);
+                Change::Shot
+            }
         }
     }
 
@@ -91,10 +102,8 @@ impl Watcher {
         Some(Motion::rest(&seen.previous))
     }
 
-    fn begin(&mut self, small: Small) -> Change {
-        let blank = is_empty(&small);
+    fn begin(&mut self, small: Small, blank: bool) {
         self.seen = Some(Seen { previous: small, other: true, blank, before_flash: None });
-        Change::Shot
     }
 
     fn compare(&mut self, mut seen: Seen, small: Small) -> Change {
@@ -111,8 +120,8 @@ impl Watcher {
             let other = seen.is_left(&small, &motion) && (share > CUT_WIDE || is_shifted());
             if other && (!seen.other || is_shifted()) {
                 let emerges = seen.blank && seen.before_flash.is_none() && is_empty(&seen.previous);
-                let shot = self.begin(small);
-                return if emerges { Change::Emerges } else { shot };
+                self.begin(small, false);
+                return if emerges { Change::Emerges } else { Change::Shot };
             }
             seen.blank = false;
             other

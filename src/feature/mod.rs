@@ -81,16 +81,13 @@ impl Extractor {
             Change::Shot
         };
         let anew = std::mem::take(&mut self.anew);
-        match change {
-            Change::Goes(_) if !anew => Features { change, ..Mask::new(frame.size()).into() },
-            _ => {
-                let full = look == Look::Full;
-                let features =
-                    if full { self.features(frame) } else { half::features(self, frame) };
-                let change = if change == Change::Emerges { change } else { Change::Shot };
-                Features { change, ..features }
-            }
-        }
+        let change = if anew && !change.begins() { Change::Shot } else { change };
+        let features = match look {
+            _ if !change.begins() => Mask::new(frame.size()).into(),
+            Look::Full => self.features(frame),
+            _ => half::features(self, frame),
+        };
+        Features { change, ..features }
     }
 
     /// The features of `frame`, whatever came before it.

@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use crate::error::Result;
 use crate::feature::Features;
-use crate::feature::change::Change;
 use crate::governor::{Governor, MOST_STEPS};
 use crate::options::{Detail, Steps};
 use crate::render::Mesher;
@@ -97,13 +96,13 @@ impl Pilot {
     pub(super) fn after_features(&self, ticket: &Ticket, features: &Features) {
         if let Some(mut governor) = self.governor() {
             let time = ticket.report.timing.get(Stage::Features);
-            governor.looked(ticket.orders.detail.look, begins(features), time);
+            governor.looked(ticket.orders.detail.look, features.change.begins(), time);
         }
     }
 
     /// Before level two.
     pub(super) fn before_mesh(&self, ticket: &mut Ticket, features: &Features, mesher: &Mesher) {
-        let fresh = begins(features);
+        let fresh = features.change.begins();
         ticket.asked = mesher.asked(fresh, features.candidates.size());
         if let Some(mut governor) = self.governor() {
             // Steps that the user counts are as many as are meant.
@@ -142,11 +141,6 @@ impl Pilot {
             governor.painted(report.orders.rows, report.timing.get(Stage::Rasterise));
         }
     }
-}
-
-/// Whether the mesh of a frame with `features` begins anew.
-fn begins(features: &Features) -> bool {
-    !matches!(features.change, Change::Goes(_))
 }
 
 /// Time of the thread of the mesh.
