@@ -26,9 +26,7 @@ pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track, seconds: i64)
     );
     let shape = child::arguments([&"-vf", &filter]);
     let units = format!("{}:{}", track.time_base.num, track.time_base.den);
-    let from =
-        if seconds > 0 { child::arguments([&"-ss", &seconds.to_string()]) } else { Vec::new() };
-    decode(path, from, track.decoder, &format!("0:{}", track.index), shape, &units)
+    decode(path, seconds, track.decoder, &format!("0:{}", track.index), shape, &units)
 }
 
 /// The first video track of `path` as it is, of which nothing is known yet. Frames of another size than
@@ -36,14 +34,14 @@ pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track, seconds: i64)
 pub(crate) fn first_track(path: &Path) -> Vec<OsString> {
     let shape = child::arguments([&"-sws_flags", &SCALING, &"-sws_dither", &"none"]);
     // -1: the track's own units, whatever they are.
-    decode(path, Vec::new(), None, "0:V:0", shape, "-1")
+    decode(path, 0, None, "0:V:0", shape, "-1")
 }
 
-/// The track that ffmpeg calls `map`, `from` where it is to begin, its frames brought into `shape`, their times in
+/// The track that ffmpeg calls `map`, from so many `seconds` on, its frames brought into `shape`, their times in
 /// `units`.
 fn decode(
     path: &Path,
-    from: Vec<OsString>,
+    seconds: i64,
     decoder: Option<&str>,
     map: &str,
     shape: Vec<OsString>,
@@ -55,7 +53,9 @@ fn decode(
     if let Some(decoder) = decoder {
         args.extend(child::arguments([&"-c:v", &decoder]));
     }
-    args.extend(from);
+    if seconds > 0 {
+        args.extend(child::arguments([&"-ss", &seconds.to_string()]));
+    }
     args.extend(probe::input_format(path));
     args.extend([OsString::from("-i"), child::address(path)]);
     args.extend(child::arguments([&"-map", &map, &"-an", &"-sn", &"-dn"]));

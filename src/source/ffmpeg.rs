@@ -17,7 +17,7 @@ use crate::source::child::{self, Child, Pipe};
 use crate::source::command;
 use crate::source::early::{BUFFER, Early, Frames};
 use crate::source::nut::NutReader;
-use crate::source::probe::{self, Pixels, Probed, Track, probe};
+use crate::source::probe::{self, Pixels, Probed, probe};
 use crate::source::{Decoded, Input, Sound, Source, SourceOptions};
 
 /// Whether `path` is for ffmpeg to open: a URL, or a camera.
@@ -31,8 +31,8 @@ pub(crate) fn is_address(path: &Path) -> bool {
 /// As [`Video::open`].
 pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
     let ffmpeg = options.ffmpeg.as_deref();
-    let near = options.start.is_none_or(|start| start.to_f64() < FAR);
-    let early = options.soon && near && !is_address(&path);
+    let start = options.start.unwrap_or(Rational::ZERO);
+    let early = options.soon && place(start) == 0 && !is_address(&path);
     let early = early.then(|| Early::start(&path, ffmpeg)).flatten();
     let video = Video::open(&path, ffmpeg)?;
     let mut early = early.filter(|_| video.probed.track.as_it_is);
@@ -40,14 +40,14 @@ pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
     // What is live cannot be read a second time.
     let sound = (info.audio.is_some() && !info.live).then(|| Sound {
         path: path.clone(),
-        start: options.start.unwrap_or(Rational::ZERO),
+        start,
         cut: options.end.is_some() || options.frames.is_some(),
         tracks: Some(video.probed.sound.clone()),
     });
     let files: Arc<[PathBuf]> = if is_address(&path) { Arc::from([]) } else { Arc::from([path]) };
     let input = Input::new(files, info, move || {
         let source = early.take().and_then(|early| video.take_over(early));
-        Ok(Box::new(source.map_or_else(|| video.start(), Ok)?))
+        Ok(Box::new(source.map_or_else(|| video.start_before(start), Ok)?))
     });
     Ok(input.with_sound(sound))
 }
@@ -58,6 +58,12 @@ const FAR: f64 = 10.0;
 /// Seconds before the first wanted frame at which it begins: a key frame is told by when it is decoded, or comes with
 /// others that lean on what is not there; and the first stream may begin up to a second before our 0 or after it.
 const AHEAD: i64 = 3;
+
+/// Where ffmpeg is to begin, in seconds, if frames from `start` on are wanted; 0 for the beginning.
+fn place(start: Rational) -> i64 {
+    let start = start.to_f64();
+    if start < FAR { 0 } else { start as i64 - AHEAD }
+}
 
 /// A video that has been looked at but not started.
 #[derive(Clone, Debug)]
@@ -88,7 +94,17 @@ impl Video {
     /// # Errors
     /// [`Error::Input`] when it cannot be started.
     pub fn start(&self) -> Result<VideoSource> {
-        self.start_at(0).map_err(|what| Error::input(&self.path, what))
+        self.start_before(Rational::ZERO)
+    }
+
+    /// The same, not necessarily from the beginning if frames from `start` on are wanted.
+    fn start_before(&self, start: Rational) -> Result<VideoSource> {
+        self.start_at(self.place(start)).map_err(|what| Error::input(&self.path, what))
+    }
+
+    /// As [`place`], in this container.
+    fn place(&self, start: Rational) -> i64 {
+        if self.probed.track.has_index { place(start) } else { 0 }
     }
 
     /// The same, from so many `seconds` after the first stream's beginning on.
@@ -102,7 +118,7 @@ impl Video {
         }
         let stdout = child.stdout().ok_or("ffmpeg came without standard output")?;
         let stdout = BufReader::with_capacity(BUFFER, stdout);
-        Ok(VideoSource { stdout: Some(stdout), sought: seconds > 0, ..self.source(child) })
+        Ok(VideoSource { stdout: Some(stdout), place: seconds, ..self.source(child) })
     }
 
     /// Goes on with a decoder that runs already, if that does what is wanted.
@@ -113,12 +129,9 @@ impl Video {
     }
 
     fn source(&self, child: Child) -> VideoSource {
-        let Probed { info, track, .. } = &self.probed;
         VideoSource {
             video: self.clone(),
-            sought: false,
-            info: info.clone(),
-            track: track.clone(),
+            place: 0,
             stdout: None,
             reader: None,
             child,
@@ -131,7 +144,7 @@ impl Video {
             received: 0,
             last_start: None,
             longest: Rational::ZERO,
-            length: info.rate.and_then(Rational::recip),
+            length: self.probed.info.rate.and_then(Rational::recip),
         }
     }
 }
@@ -145,10 +158,8 @@ struct Raw {
 /// A video being decoded. Dropping it ends ffmpeg.
 pub struct VideoSource {
     video: Video,
-    /// Whether ffmpeg did not begin at the beginning.
-    sought: bool,
-    info: StreamInfo,
-    track: Track,
+    /// Where ffmpeg began, in seconds; 0 is the beginning.
+    place: i64,
     /// The pipe until its headers are read.
     stdout: Option<BufReader<Pipe<ChildStdout>>>,
     reader: Option<Frames>,
@@ -203,7 +214,7 @@ impl VideoSource {
                 Some(raw) => self.received == 1 && raw.start > self.from,
                 None => self.received == 0,
             };
-            if self.sought && missed {
+            if self.place > 0 && missed {
                 // There may have been one before, which is wanted.
                 self.start_over();
                 continue;
@@ -214,7 +225,7 @@ impl VideoSource {
             }
             self.spare = raw.data;
             // Of what was not decoded nobody knows how many they are.
-            self.delivered += u64::from(!self.sought);
+            self.delivered += u64::from(self.place == 0);
         }
     }
 
@@ -222,22 +233,25 @@ impl VideoSource {
     fn start_over(&mut self) {
         match self.video.start_at(0) {
             Ok(source) => *self = Self { from: self.from, ..source },
-            Err(what) => (self.sought, self.outcome) = (false, Some(Err(what))),
+            Err(what) => (self.place, self.outcome) = (0, Some(Err(what))),
         }
     }
 
     fn read_into(&mut self, data: &mut Vec<u8>) -> io::Result<Option<Rational>> {
         if let Some(pipe) = self.stdout.take() {
-            self.reader = Some(NutReader::new(pipe, self.track.bytes(self.info.size))?);
+            self.reader = Some(NutReader::new(
+                pipe,
+                self.video.probed.track.bytes(self.video.probed.info.size),
+            )?);
         }
         let Some(reader) = &mut self.reader else { return Ok(None) };
-        if reader.size() != self.info.size {
+        if reader.size() != self.video.probed.info.size {
             return Err(io::Error::other(format!("frames of {} arrived", reader.size())));
         }
         let pts = reader.next(data)?;
         Ok(pts.map(|pts| {
             let time = Rational::new(pts, 1) * reader.time_base();
-            time - *self.track.zero.get_or_insert(time)
+            time - *self.video.probed.track.zero.get_or_insert(time)
         }))
     }
 
@@ -262,9 +276,16 @@ impl VideoSource {
     /// complete wherever they end. A last frame that is held is no miss: only more than ten seconds,
     /// and more than twice any gap before, are missed, and only if frames are missing.
     fn check_promise(&self) -> Result<(), String> {
-        let (Some(end), Some(last)) = (self.track.end, self.last_start) else { return Ok(()) };
+        let (Some(end), Some(last)) = (self.video.probed.track.end, self.last_start) else {
+            return Ok(());
+        };
         // Where they were not counted from the first one it is left to ffmpeg to complain.
-        let all = self.info.frames.is_some_and(|frames| self.sought || self.received >= frames);
+        let all = self
+            .video
+            .probed
+            .info
+            .frames
+            .is_some_and(|frames| self.place > 0 || self.received >= frames);
         let slack = self.longest.max(Rational::new(5, 1)) * Rational::new(2, 1);
         if all || end - last <= slack {
             return Ok(());
@@ -276,7 +297,7 @@ impl VideoSource {
     /// The frame in `data`, in the memory of one that came back.
     fn frame(&mut self, data: Vec<u8>) -> Result<Frame> {
         let Memory { mut pixels, planes } = std::mem::take(&mut self.spent);
-        match self.track.pixels {
+        match self.video.probed.track.pixels {
             Pixels::Planar(layout, coding) if layout.is_squared() => {
                 self.spare = planes;
                 Frame::planar(Planes { form: Form { layout, coding }, data }, pixels)
@@ -284,13 +305,13 @@ impl VideoSource {
             Pixels::Planar(layout, coding) => {
                 to_rgba(&layout, coding, &data, &mut pixels);
                 self.spare = data;
-                Frame::known(self.info.size, pixels, !layout.alpha)
+                Frame::known(self.video.probed.info.size, pixels, !layout.alpha)
             }
             Pixels::Rgba => {
                 pixels.clear();
                 pixels.extend_from_slice(data.as_chunks::<4>().0);
                 self.spare = data;
-                Frame::new(self.info.size, pixels)
+                Frame::new(self.video.probed.info.size, pixels)
             }
         }
     }
@@ -300,7 +321,7 @@ impl VideoSource {
         if let Some(next) = &self.ahead {
             return Some(next.start - start);
         }
-        match self.track.end {
+        match self.video.probed.track.end {
             Some(end) if end > start && matches!(self.outcome, Some(Ok(()))) => Some(end - start),
             _ => self.length,
         }
@@ -310,10 +331,10 @@ impl VideoSource {
 impl Source for VideoSource {
     fn skip_to(&mut self, start: Rational) {
         self.from = start;
+        let place = self.video.place(start);
         if self.received == 0
-            && self.track.has_index
-            && start.to_f64() >= FAR
-            && let Ok(source) = self.video.start_at(start.to_f64() as i64 - AHEAD)
+            && place != self.place
+            && let Ok(source) = self.video.start_at(place)
         {
             *self = Self { from: start, ..source };
         }
@@ -331,7 +352,7 @@ impl Source for VideoSource {
             };
         };
         // What is live must not wait for the frame after.
-        if !self.info.live {
+        if !self.video.probed.info.live {
             self.ahead = self.read();
         }
         self.length = self.length(raw.start);

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use polyreel::frame::Rational;
-use polyreel::source::Source;
 use polyreel::source::ffmpeg::Video;
+use polyreel::source::{self, Source, SourceOptions};
 use tempfile::TempDir;
 
 use crate::given::{drain, folder, make, read, require, stand_in};
@@ -63,6 +63,29 @@ fn frames_far_in_are_those_of_the_whole() {
     }
     let stream = make(&dir, "in.ts", &format!("{SCENE} {CODEC}"));
     assert_eq!(entered(&stream, 12_340, &ffmpeg), [None], "it has no index");
+}
+
+#[test]
+fn a_part_far_in_is_entered_at_once() {
+    if !require() {
+        return;
+    }
+    let dir = folder();
+    let (ffmpeg, asked) = telling(&dir);
+    let clip = make(&dir, "in.mp4", &format!("{SCENE} {CODEC}"));
+    let start = Rational::new(15, 1);
+    let options = SourceOptions {
+        start: Some(start),
+        ffmpeg: Some(ffmpeg),
+        soon: true,
+        ..SourceOptions::default()
+    };
+    let input = source::open(&[clip.to_string_lossy().into_owned()], &options).expect("a video");
+    let (frames, end) = drain(&mut *input.start().expect("ffmpeg starts"));
+    end.expect("all is well");
+    assert_eq!((frames.len(), frames[0].span.start), (50, Rational::ZERO));
+    let told = std::fs::read_to_string(asked).expect("it was started");
+    assert!(told.lines().count() == 1 && told.contains("-ss 12 "), "{told}");
 }
 
 #[test]
