@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::Field;
 use super::colouring::Colouring;
 use super::cost::Cost;
-use super::errors::Errors;
+use super::errors::{Errors, scale};
 use super::force::gradient;
 use super::mean::Mean;
 use super::rest::Rest;
@@ -83,6 +83,8 @@ struct Moved {
     spokes: [Sums; 2],
     cost: Cost,
     mean: Mean,
+    /// A guess at its squared error.
+    error: f32,
 }
 
 /// The visits of one piece of work.
@@ -152,7 +154,7 @@ impl Descent {
         surface: &mut Surface,
         share: Share,
         rest: &mut Rest,
-        errors: &Errors,
+        errors: &mut Errors,
         field: Field,
     ) -> usize {
         surface.clock += 1;
@@ -176,8 +178,9 @@ impl Descent {
         for block in self.turn.chunks(BLOCK) {
             let here = &*surface;
             self.colouring.colour(here, block, |v| is_ready(here, rest, v));
-            for class in &self.colouring.classes {
-                moved += descend(surface, rest, &mut self.reach, class, field, &mut self.found);
+            let Self { colouring, reach, found, .. } = self;
+            for class in &colouring.classes {
+                moved += descend(surface, (rest, errors), reach, class, field, found);
             }
         }
         moved
@@ -198,13 +201,13 @@ fn least_of_largest(values: &mut [f64], most: usize) -> f64 {
 /// its own triangles. Returns how many moved.
 fn descend(
     surface: &mut Surface,
-    rest: &mut Rest,
+    (rest, errors): (&mut Rest, &mut Errors),
     reach: &mut [i32],
     class: &[u32],
     field: Field,
     found: &mut Vec<Visits>,
 ) -> usize {
-    let here = &*surface;
+    let (here, known) = (&*surface, &*errors);
     let reaches = &*reach;
     let packs = class.par_chunks(PACK);
     found.resize_with(found.len().max(packs.len()), Visits::default);
@@ -218,15 +221,23 @@ fn descend(
                     0 => WAKING_REACH,
                     reach => reach,
                 };
-                visit(here, v, reach, field, visits, i);
+                visit(here, known, v, reach, field, visits, i);
             }
         }
     });
-    found.iter().map(|visits| apply(surface, rest, reach, visits)).sum()
+    found.iter().map(|visits| apply(surface, (rest, errors), reach, visits)).sum()
 }
 
 /// Looks where vertex `v`, which ring `i` surrounds, goes.
-fn visit(surface: &Surface, v: u32, reach: i32, field: Field, out: &mut Visits, i: usize) {
+fn visit(
+    surface: &Surface,
+    errors: &Errors,
+    v: u32,
+    reach: i32,
+    field: Field,
+    out: &mut Visits,
+    i: usize,
+) {
     let ring = &mut out.rings[i];
     let from = surface.at[v as usize];
     let mean = |i: usize| surface.mean[ring.links[i] as usize / 3].known();
@@ -251,13 +262,31 @@ fn visit(surface: &Surface, v: u32, reach: i32, field: Field, out: &mut Visits, 
     let (to, reach) = line.search(reach);
     if let Some(to) = to {
         let ring = &out.rings[i];
+        let first = out.moved.len();
         out.moved.extend((0..ring.len()).map(|i| {
             let spokes = [ring.spokes[i], -ring.spokes[i + 1]];
             let (cost, mean) = ring.triangle(field.rows, i, to);
-            Moved { link: ring.links[i], spokes, cost, mean }
+            Moved { link: ring.links[i], spokes, cost, mean, error: f32::INFINITY }
         }));
+        let triangles = ring.links.iter().map(|&h| h / 3);
+        if let Some(squares) = errors.squares(surface, triangles) {
+            guess(surface, errors, squares, &mut out.moved[first..]);
+        }
     }
     out.visits.push(Visit { vertex: v, to, reach, sleeps: reach == 0, idle: false });
+}
+
+/// Guesses at the errors of triangles around a vertex that has `moved`, of pixels of such `squares`: as if pixels
+/// had kept the triangle that they are in, but together no more than there is.
+fn guess(surface: &Surface, errors: &Errors, squares: f64, moved: &mut [Moved]) {
+    let (mut left, mut guessed) = (squares, 0.0);
+    for moved in &mut *moved {
+        moved.error = errors.density(surface, moved.link / 3) * moved.mean.count;
+        guessed += moved.error;
+        left += moved.cost.error;
+    }
+    let scale = scale(left, guessed);
+    moved.iter_mut().for_each(|moved| moved.error *= scale);
 }
 
 /// The way that a vertex tries.
@@ -327,7 +356,12 @@ impl Line<'_, '_> {
 }
 
 /// Makes the changes that were `found`. Returns how many vertices move.
-fn apply(surface: &mut Surface, rest: &mut Rest, reach: &mut [i32], found: &Visits) -> usize {
+fn apply(
+    surface: &mut Surface,
+    (rest, errors): (&mut Rest, &mut Errors),
+    reach: &mut [i32],
+    found: &Visits,
+) -> usize {
     let mut moved = 0;
     for visit in &found.visits {
         let v = visit.vertex as usize;
@@ -342,10 +376,11 @@ fn apply(surface: &mut Surface, rest: &mut Rest, reach: &mut [i32], found: &Visi
         }
     }
     // No two of the vertices are neighbours: none that sleeps has a triangle that has changed.
-    for &Moved { link, spokes: [leaving, coming], cost, mean } in &found.moved {
+    for &Moved { link, spokes: [leaving, coming], cost, mean, error } in &found.moved {
         surface.sums[previous(link) as usize] = leaving;
         surface.sums[next(link) as usize] = coming;
         surface.take_up(link / 3, cost, mean);
+        errors.guess(surface, link / 3, error);
     }
     moved
 }

@@ -2,6 +2,10 @@
 //!
 //! A triangle's cost leaves out the squares of its pixels, which no change to the mesh changes; to know
 //! where the error is large they have to be summed pixel by pixel.
+//!
+//! On a video guesses will do for triangles that have changed. Together they have what those had of whose pixels
+//! they were made, less what was gained; only how they share it is not known. Measured on a snowy street and a
+//! commercial at 1080p: with three steps 6 % less time than with estimates for them, 0 to 2 % more error.
 
 use rayon::prelude::*;
 
@@ -17,44 +21,48 @@ const PACK: usize = 64;
 /// What is known of a triangle's error.
 #[derive(Clone, Copy, Debug)]
 struct Known {
-    error: f64,
-    /// When that was found, in ticks of the surface's clock; 0 for never.
-    asked: u32,
+    error: f32,
+    /// The tick of the surface's clock before which the triangle has to have changed last for that to hold.
+    before: u32,
 }
 
 impl Known {
-    const NOTHING: Self = Self { error: f64::INFINITY, asked: 0 };
+    const NOTHING: Self = Self { error: f32::INFINITY, before: 0 };
 }
 
 /// The squared error of each triangle, and when it was found.
 #[derive(Debug, Default)]
 pub(super) struct Errors {
     known: Vec<Known>,
-    /// When this frame began.
-    begin: u32,
+    /// Whether those of triangles that change are guessed at: on a running video, where a step follows that asks
+    /// for them.
+    guesses: bool,
 }
 
 impl Errors {
-    /// A new frame, of whose errors nothing is known yet.
-    pub(super) fn begin(&mut self, surface: &Surface) {
-        self.begin = surface.clock;
+    /// A new frame, of whose errors no more is known than what was measured: about those of an opaque, running
+    /// video.
+    pub(super) fn begin(&mut self, surface: &Surface, field: Field) {
+        self.guesses = false;
         self.known.clear();
-        self.known.resize(surface.triangles(), Known::NOTHING);
+        if !field.rows.has_thin() {
+            self.known.resize(surface.triangles(), Known::NOTHING);
+            return;
+        }
+        let before = |error: f32| if error.is_finite() { surface.clock + 1 } else { 0 };
+        let measured = surface.about.iter();
+        self.known.extend(measured.map(|&error| Known { error, before: before(error) }));
     }
 
     /// Brings up to date those of the triangles whose `turn` it is and that may change: exactly, or nearly on
     /// a [running](super::RefineOptions::running) video.
     pub(super) fn update(&mut self, surface: &Surface, rest: &Rest, turn: Turn, field: Field) {
-        let begin = self.begin;
+        self.guesses = field.running && field.follows;
         self.known.par_chunks_mut(PACK).enumerate().for_each(|(pack, known)| {
             for (t, known) in ((pack * PACK) as u32..).zip(known) {
                 let changed = surface.stamp[t as usize];
-                if turn.has(t) && changed >= known.asked && rest.allows_triangle(surface, t) {
-                    let as_measured = changed <= begin;
-                    *known = Known {
-                        error: error_of(surface, t, as_measured, field),
-                        asked: surface.clock,
-                    };
+                if turn.has(t) && changed >= known.before && rest.allows_triangle(surface, t) {
+                    *known = Known { error: error_of(surface, t, field), before: surface.clock };
                 }
             }
         });
@@ -62,7 +70,7 @@ impl Errors {
 
     /// That of triangle `t`.
     pub(super) fn of(&self, t: u32) -> f64 {
-        self.known[t as usize].error
+        self.known[t as usize].error.into()
     }
 
     /// Those of the triangles around each vertex, together, written to `sums`.
@@ -71,24 +79,80 @@ impl Errors {
         sums.resize(surface.at.len(), 0.0);
         let (triangles, _) = surface.origin.as_chunks::<3>();
         for (known, corners) in self.known.iter().zip(triangles) {
-            corners.iter().for_each(|&v| sums[v as usize] += known.error);
+            corners.iter().for_each(|&v| sums[v as usize] += f64::from(known.error));
+        }
+    }
+
+    /// That of triangle `t` as it is now; infinite where it is not known.
+    fn now(&self, surface: &Surface, t: u32) -> f32 {
+        let known = self.known[t as usize];
+        if surface.stamp[t as usize] < known.before { known.error } else { f32::INFINITY }
+    }
+
+    /// That of a pixel of triangle `t`, in the mean.
+    pub(super) fn density(&self, surface: &Surface, t: u32) -> f32 {
+        self.now(surface, t) / surface.mean[t as usize].count.max(1.0)
+    }
+
+    /// Brings that of triangle `t`, which has just changed, up to date where guesses are made: those of triangles
+    /// around a new vertex are too unlike.
+    pub(super) fn look_again(&mut self, surface: &Surface, t: u32, field: Field) {
+        if self.guesses {
+            self.guess(surface, t, error_of(surface, t, field));
+        }
+    }
+
+    /// About the squares of all pixels of `triangles`, which no change inside their outline changes; infinite
+    /// where an error is not known. `None` where nobody will ask for the errors of what they change to.
+    pub(super) fn squares(
+        &self,
+        surface: &Surface,
+        triangles: impl Iterator<Item = u32>,
+    ) -> Option<f64> {
+        let squares = |t: u32| f64::from(self.now(surface, t)) - surface.cost[t as usize].error;
+        self.guesses.then(|| triangles.map(squares).sum())
+    }
+
+    /// Takes up a guess at the `error` of triangle `t`, which has just changed; if it is finite.
+    pub(super) fn guess(&mut self, surface: &Surface, t: u32, error: f32) {
+        let known = Known { error, before: surface.clock + 1 };
+        self.known[t as usize] = if error.is_finite() { known } else { Known::NOTHING };
+    }
+
+    /// Guesses at the errors of triangles that were `made` of pixels of such `squares`, all with the same error
+    /// a pixel.
+    pub(super) fn share_out(&mut self, surface: &Surface, squares: Option<f64>, made: &[u32]) {
+        let Some(squares) = squares else { return };
+        let (mut left, mut pixels) = (squares, 0.0);
+        for &t in made {
+            left += surface.cost[t as usize].error;
+            pixels += surface.mean[t as usize].count;
+        }
+        let density = scale(left, pixels);
+        for &t in made {
+            self.guess(surface, t, density * surface.mean[t as usize].count);
         }
     }
 }
 
+/// What parts that add up to `whole` have to be multiplied by so that it is what is `left` of an error; infinite
+/// where that is not known.
+pub(super) fn scale(left: f64, whole: f32) -> f32 {
+    let scale = if whole > 0.0 { left.max(0.0) as f32 / whole } else { 0.0 };
+    if scale.is_nan() { f32::INFINITY } else { scale }
+}
+
 /// That of triangle `t`; on a [running](super::RefineOptions::running) video an estimate from every second row,
-/// which is enough to tell large errors from small ones. `as_measured` says that it has not changed since.
+/// which is enough to tell large errors from small ones.
 #[inline]
-fn error_of(surface: &Surface, t: u32, as_measured: bool, Field { rows, frame, .. }: Field) -> f64 {
+fn error_of(surface: &Surface, t: u32, Field { rows, frame, .. }: Field) -> f32 {
     if rows.has_thin() {
-        let pixels = surface.mean[t as usize].count;
-        let anew = || thin::error(rows.thin(surface.corners(t)), pixels);
-        let about = if as_measured { surface.about[t as usize] } else { anew() };
+        let about = thin::error(rows.thin(surface.corners(t)), surface.mean[t as usize].count);
         if about.is_finite() {
-            return about.into();
+            return about;
         }
     }
-    rows.squares_of(frame, surface.corners(t)) + surface.cost[t as usize].error
+    (rows.squares_of(frame, surface.corners(t)) + surface.cost[t as usize].error) as f32
 }
 
 #[cfg(test)]
@@ -104,10 +168,8 @@ mod tests {
         let mut surface = Surface::default();
         surface.link(&mesh_of(Size::new(90, 70), &seeds, SUBPIXEL));
         let mut errors = Errors::default();
-        errors.begin(&surface);
-        for (t, known) in errors.known.iter_mut().enumerate() {
-            known.error = (t * t) as f64;
-        }
+        let error = |t: usize| Known { error: (t * t) as f32, before: 0 };
+        errors.known = (0..surface.triangles()).map(error).collect();
         let mut sums = vec![7.0; 3];
         errors.around_all(&surface, &mut sums);
         let slowly = |v: u32| surface.around(v).map(|h| errors.of(h / 3)).sum::<f64>();

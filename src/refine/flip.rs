@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::Field;
 use super::cost::Cost;
+use super::errors::Errors;
 use super::rest::Rest;
 use super::sums::Sums;
 use super::surface::{NONE, Surface, next, previous};
@@ -17,6 +18,7 @@ const PACK: usize = 3 * 256;
 /// or after tick `since` are looked at. Returns how many turned.
 pub(super) fn flip(
     surface: &mut Surface,
+    errors: &mut Errors,
     rest: &Rest,
     since: u32,
     field: Field,
@@ -45,10 +47,12 @@ pub(super) fn flip(
         let again = newest(surface, h) == surface.clock;
         let turned = if again { turned(surface, h, field) } else { Some(diagonal) };
         if let Some(Diagonal { sums, front, back, .. }) = turned {
+            let pair = [h / 3, surface.twin[h as usize] / 3];
+            let squares = errors.squares(surface, pair.into_iter());
             turn(surface, h, sums);
-            let g = surface.twin[next(h) as usize];
-            surface.changed(field.rows, h / 3, front);
-            surface.changed(field.rows, g / 3, back);
+            surface.changed(field.rows, pair[0], front);
+            surface.changed(field.rows, pair[1], back);
+            errors.share_out(surface, squares, &pair);
             flips += 1;
         }
     }

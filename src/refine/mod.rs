@@ -317,6 +317,7 @@ impl Refiner {
             let share = if pass < options.steps { Share::ALL } else { part };
             let most = share.count(most);
             let turns = if options.running { share.turns() } else { turns(vertices, most) };
+            let field = Field { follows: pass + 1 < options.passes(), ..field };
             let changes = stepper.step(surface, share, most, turns, field);
             still = if changes.is_empty() { still + 1 } else { 0 };
             refined.add(changes);
@@ -359,6 +360,8 @@ struct Field<'a> {
     closely: bool,
     /// [`RefineOptions::running`].
     running: bool,
+    /// Whether another pass over the same picture follows.
+    follows: bool,
 }
 
 /// Squared 8-bit steps for a unit of flatness at the default regularity, as a share of a cell's error.
@@ -384,6 +387,7 @@ impl<'a> Field<'a> {
             least_gain: (cell * options.threshold.max(0.0)).max(LEAST_GAIN),
             closely: options.closely,
             running: options.running,
+            follows: false,
         }
     }
 }

@@ -2,7 +2,9 @@
 
 use smallvec::SmallVec;
 
+use super::Field;
 use super::cost::Cost;
+use super::errors::Errors;
 use super::ring::Ring;
 use super::rows::RowSums;
 use super::sums::Sums;
@@ -131,11 +133,13 @@ fn links(surface: &Surface, ring: &Ring) -> SmallVec<[Link; MOST_CORNERS]> {
 /// triangles that are left over.
 pub(super) fn take_out(
     surface: &mut Surface,
+    errors: &mut Errors,
     rows: &RowSums,
     ring: &Ring,
     plan: &Plan,
 ) -> [u32; 2] {
     let links = links(surface, ring);
+    let squares = errors.squares(surface, ring.links.iter().map(|&h| h / 3));
     let mut slots = ring.links.iter().map(|&h| h / 3);
     let left = [slots.next().unwrap_or(NONE), slots.next().unwrap_or(NONE)];
     // The half-edges on the outer side of the triangles that are still to be made.
@@ -161,12 +165,13 @@ pub(super) fn take_out(
             attach(surface, h + 2, Link { vertex: links[j].vertex, twin: outer, sums });
             surface.sums[outer as usize] = -sums;
         }
-        made.push((t, piece.cost));
+        made.push(t);
     }
     // Only now do all of them have their sums.
-    for (t, cost) in made {
-        surface.changed(rows, t, cost);
+    for (&t, piece) in made.iter().zip(&plan.pieces) {
+        surface.changed(rows, t, piece.cost);
     }
+    errors.share_out(surface, squares, &made);
     left
 }
 
@@ -174,7 +179,8 @@ pub(super) fn take_out(
 /// and the two of `spare` become the fan around it.
 pub(super) fn put_in(
     surface: &mut Surface,
-    rows: &RowSums,
+    errors: &mut Errors,
+    field: Field,
     ring: &Ring,
     v: u32,
     p: Point,
@@ -199,8 +205,9 @@ pub(super) fn put_in(
     }
     surface.out[v as usize] = 3 * slots[0];
     for (i, &t) in slots.iter().enumerate() {
-        let (cost, mean) = ring.triangle(rows, i, p);
+        let (cost, mean) = ring.triangle(field.rows, i, p);
         surface.take_up(t, cost, mean);
+        errors.look_again(surface, t, field);
     }
 }
 

@@ -115,8 +115,8 @@ pub(super) fn replace(
         }
         let placed = ring.try_at(field.rows, opening.place);
         debug_assert!(placed.is_some());
-        let spare = take_out(surface, field.rows, &around, plan);
-        put_in(surface, field.rows, &ring, *v, opening.place, spare);
+        let spare = take_out(surface, errors, field.rows, &around, plan);
+        put_in(surface, errors, field, &ring, *v, opening.place, spare);
         replaced.push(*v);
     }
     worth.taken = taken;

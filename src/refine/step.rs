@@ -66,12 +66,12 @@ impl Stepper {
         } else {
             self.rest.reset(surface);
         }
-        self.start(surface);
+        self.start(surface, field);
     }
 
-    fn start(&mut self, surface: &Surface) {
+    fn start(&mut self, surface: &Surface, field: Field) {
         self.worth.reset(surface.at.len());
-        self.errors.begin(surface);
+        self.errors.begin(surface, field);
         self.since = surface.clock;
     }
 
@@ -87,7 +87,7 @@ impl Stepper {
             self.rest.reset(surface);
         }
         self.rest.wake_some(surface, here, field);
-        self.start(surface);
+        self.start(surface, field);
     }
 
     /// Re-places up to `most` vertices, not more than there are wrong places, and turns edges; none moves.
@@ -101,7 +101,7 @@ impl Stepper {
         let most = most.min(wrong);
         let replaced = replace(surface, worth, errors, rest, most, Turn::ALL, field);
         descent.start_anew(&replaced);
-        let flipped = flip(surface, rest, *since, field, diagonals);
+        let flipped = flip(surface, errors, rest, *since, field, diagonals);
         Changes { moved: 0, flipped, replaced }
     }
 
@@ -121,7 +121,7 @@ impl Stepper {
         let replaced = replace(surface, worth, errors, rest, most, turn, field);
         descent.start_anew(&replaced);
         let moved = descent.step(surface, share, rest, errors, field);
-        let flipped = flip(surface, rest, *since, field, diagonals);
+        let flipped = flip(surface, errors, rest, *since, field, diagonals);
         *since = surface.clock;
         Changes { moved, flipped, replaced }
     }

@@ -42,6 +42,7 @@ fn force_and_slope(chance: u32) -> ([f64; 2], [f64; 2]) {
         least_gain: 0.0,
         closely: true,
         running: false,
+        follows: false,
     };
     let (gx, gy) = super::force::gradient(field, seeds[0], &ring, mean);
     // Central differences over eight pixels even out that pixels change hands whole.
