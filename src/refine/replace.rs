@@ -22,6 +22,11 @@ const PACK: usize = 16;
 /// where it is looked at [closely](super::RefineOptions::closely).
 const PLANNED: usize = 2;
 
+/// For two vertices that are re-placed on a [running](super::RefineOptions::running) video so many triangles are
+/// tried. Measured on seven clips: a hundredth more error than with four, 1 to 2 % less time for a step; with
+/// two, 3 % more error.
+const TRIED_FOR_TWO: usize = 3;
+
 /// A place for a vertex and what it gains there.
 #[derive(Clone, Copy, Debug)]
 struct Opening {
@@ -66,7 +71,8 @@ pub(super) fn replace(
         return Vec::new();
     }
     let planned = most * if field.closely { 2 * PLANNED } else { PLANNED };
-    let (leaving, openings) = look(planned, turn, surface, rest, (worth, errors), field);
+    let tried = if field.running { (TRIED_FOR_TWO * most).div_ceil(2) } else { planned };
+    let (leaving, openings) = look([planned, tried], turn, surface, rest, (worth, errors), field);
     let weight = field.weight;
     let mut taken = std::mem::take(&mut worth.taken);
     taken.clear();
@@ -124,9 +130,9 @@ pub(super) fn replace(
 }
 
 /// What may leave, its price and its place among the candidates, the cheapest first, and the openings in triangles
-/// whose error is above the lowest price, the best first: `planned` of both at most.
+/// whose error is above the lowest price, the best first: at most as many as are `planned` and `tried`.
 fn look(
-    planned: usize,
+    [planned, tried]: [usize; 2],
     turn: Turn,
     surface: &Surface,
     rest: &Rest,
@@ -140,7 +146,7 @@ fn look(
         || worth.update(surface, rest, turn, planned, field),
         || {
             errors.update(surface, rest, if field.running { Turn::ALL } else { turn }, field);
-            find_worst(surface, errors, is_open, planned, &mut worst);
+            find_worst(surface, errors, is_open, tried, &mut worst);
             field.running.then(|| openings(surface, rest, &worst, field))
         },
     );
