@@ -118,7 +118,8 @@ fn any_number_of_threads_gives_the_same_mesh_after_parts_of_steps() {
         course.collect::<Vec<_>>()
     };
     let one = run(1);
-    assert!(one.iter().filter(|(refined, _)| refined.moved > 20).count() > 8, "nothing to tell");
+    let told = one.iter().filter(|(refined, _)| refined.moved > 10).count();
+    assert!(told > 8, "nothing to tell: {:?}", one.iter().map(|(r, _)| r.moved).collect::<Vec<_>>());
     for threads in [2, 8] {
         assert!(run(threads) == one, "{threads} threads");
     }
