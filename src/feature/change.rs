@@ -1,7 +1,7 @@
 //! What changed since the frame before: cuts and motion.
 
 use crate::flow::motion::{
-    Motion, block_correlations, block_differences, block_means, blocks, textured,
+    Motion, block_correlations, block_differences, block_means, blocks, has_textured,
 };
 use crate::flow::small::Small;
 use crate::frame::Frame;
@@ -171,7 +171,7 @@ fn block_count(small: &Small) -> usize {
 
 /// Whether a frame has hardly any texture.
 fn is_empty(small: &Small) -> bool {
-    (textured(small) as f32) < EMPTY * block_count(small) as f32
+    !has_textured(small, (EMPTY * block_count(small) as f32).ceil() as usize)
 }
 
 /// Whether `to` shows something else than `from`, moved so.

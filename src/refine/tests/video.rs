@@ -119,7 +119,11 @@ fn any_number_of_threads_gives_the_same_mesh_after_parts_of_steps() {
     };
     let one = run(1);
     let told = one.iter().filter(|(refined, _)| refined.moved > 10).count();
-    assert!(told > 8, "nothing to tell: {:?}", one.iter().map(|(r, _)| r.moved).collect::<Vec<_>>());
+    assert!(
+        told > 8,
+        "nothing to tell: {:?}",
+        one.iter().map(|(r, _)| r.moved).collect::<Vec<_>>()
+    );
     for threads in [2, 8] {
         assert!(run(threads) == one, "{threads} threads");
     }
