@@ -96,7 +96,7 @@ impl RefineOptions {
 
     /// Most of the gain for a third of the time of [`RefineOptions::best`].
     pub const fn normal() -> Self {
-        Self { steps: 6, replace: 0.05, ..Self::draft() }
+        Self { steps: 5, replace: 0.05, ..Self::draft() }
     }
 
     /// Until nothing is left to gain.

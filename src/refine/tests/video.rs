@@ -95,7 +95,7 @@ fn a_step_of_a_running_video_moves_at_most_a_share_of_the_vertices() {
     let (all, vertices) = moved(false);
     assert!(2 * all > vertices, "hardly any of {vertices} has a way to go: {all}");
     let (some, _) = moved(true);
-    assert!(some > vertices / 8 && some <= (0.3 * vertices as f64).ceil() as usize, "{some}");
+    assert!(some > vertices / 8 && some <= (0.25 * vertices as f64).ceil() as usize, "{some}");
 }
 
 fn refine_in(refiner: &mut Refiner, frame: &Frame, count: u32) {
@@ -145,23 +145,30 @@ fn with_noise(clean: &Frame, sigma: f64, t: u32) -> Frame {
     Frame::new(clean.size(), opaque).expect("a small frame")
 }
 
-/// Noise of sigma 2 neither wakes a settled mesh nor moves it.
+/// Noise of sigma 2 hardly ever wakes a settled mesh: of most pictures never, of all one vertex in a thousand
+/// frames.
 #[test]
-fn noise_moves_nothing() {
+fn noise_moves_hardly_anything() {
     let size = Size::new(160, 120);
-    let clean = picture(size, 4, 0, true);
-    let noisy = |t: u32| with_noise(&clean, 2.0, t);
-    let mut mesh = scattered(size, 160);
-    let mut refiner = Refiner::default();
-    refiner.refine(&mut mesh, &noisy(0), &RefineOptions::normal());
-    let mut moved = 0;
-    for t in 1..30 {
-        let refined = refiner.resume(&mut mesh, &noisy(t), &RefineOptions::live(), None);
-        if t >= 10 {
-            moved += refined.moved + refined.flipped + refined.replaced.len();
-        }
-    }
-    assert_eq!(moved, 0);
+    let (pictures, frames) = (12, 10..30);
+    let moved: Vec<usize> = (0..pictures)
+        .map(|seed| {
+            let clean = picture(size, seed, 0, true);
+            let noisy = |t: u32| with_noise(&clean, 2.0, t + 100 * seed as u32);
+            let mut mesh = scattered(size, 160);
+            let mut refiner = Refiner::default();
+            refiner.refine(&mut mesh, &noisy(0), &RefineOptions::normal());
+            let changes = (1..frames.end).map(|t| {
+                let refined = refiner.resume(&mut mesh, &noisy(t), &RefineOptions::live(), None);
+                let changes = refined.moved + refined.flipped + refined.replaced.len();
+                if frames.contains(&t) { changes } else { 0 }
+            });
+            changes.sum()
+        })
+        .collect();
+    assert!(moved.iter().filter(|&&moved| moved == 0).count() >= 8, "{moved:?}");
+    let all = 160 * frames.len() * moved.len();
+    assert!(1000 * moved.iter().sum::<usize>() < all, "{moved:?}");
 }
 
 /// A frozen part wakes when the picture changes there, and only there.
