@@ -38,7 +38,7 @@ impl Motion {
     /// The motion from `from` to `to` in the blocks that `changed` tells (by column and row of blocks,
     /// see [`blocks`]); all others rest. Pictures of different sizes are at rest.
     ///
-    /// Each block looks for its like by inverse search on a pyramid, then takes the median of its
+    /// Each block, and each coarser one that holds such, looks for its like by inverse search on a pyramid, then takes the median of its
     /// neighbours' vectors, component by component.
     pub fn between(from: &Small, to: &Small, changed: &[bool]) -> Self {
         let mut motion = Self::rest(from);
@@ -47,9 +47,8 @@ impl Motion {
         }
         let scale = from.factor as f32;
         let mut wanted = vec![changed.to_vec()];
-        for pair in from.levels.windows(2) {
-            let finer = wanted.last().map_or(changed, Vec::as_slice);
-            wanted.push(halved(finer, [pair[0].size(), pair[1].size()]));
+        for (level, pair) in from.levels.windows(2).enumerate() {
+            wanted.push(halved(&wanted[level], [pair[0].size(), pair[1].size()]));
         }
         let mut coarse: Option<Grid> = None;
         for ((a, b), wanted) in from.levels.iter().zip(&to.levels).zip(&wanted).rev() {

@@ -126,3 +126,47 @@ impl Stepper {
         Changes { moved, flipped, replaced }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::Size;
+    use crate::refine::rows::RowSums;
+    use crate::refine::tests::{picture, scattered};
+    use crate::refine::{Field, RefineOptions};
+
+    /// After vertices have left, come in and moved, and edges have turned.
+    #[test]
+    fn guesses_at_errors_add_up_to_the_error_that_there_is() {
+        for seed in 0..8 {
+            let frame = picture(Size::new(160, 120), seed, 60, true);
+            let (mut rows, mut surface) = (RowSums::default(), Surface::default());
+            rows.load(&frame, true);
+            surface.link(&scattered(frame.size(), 300));
+            surface.measure(&rows);
+            let options = RefineOptions::live();
+            let field = Field::new(&rows, &frame, surface.triangles(), &options);
+            let field = Field { follows: true, ..field };
+            let mut stepper = Stepper::default();
+            stepper.forget(surface.at.len());
+            stepper.begin(&mut surface, false, Share::ALL, field);
+            for _ in 0..3 {
+                let Changes { moved, flipped, replaced } =
+                    stepper.step(&mut surface, Share::ALL, 12, 1, field);
+                assert!(moved.min(flipped).min(replaced.len()) > 4, "nothing to tell");
+                let (mut told, mut guessed, mut exact) = (0, 0.0, 0.0);
+                for t in 0..surface.triangles() as u32 {
+                    let error = stepper.errors.of(t);
+                    if error.is_finite() {
+                        told += 1;
+                        guessed += error;
+                        let squares = rows.squares_of(&frame, surface.corners(t));
+                        exact += squares + surface.cost[t as usize].error;
+                    }
+                }
+                assert!(told * 10 >= surface.triangles() * 9, "{told} of {}", surface.triangles());
+                assert!((guessed / exact - 1.0).abs() < 0.15, "{guessed} for {exact}");
+            }
+        }
+    }
+}
