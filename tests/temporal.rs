@@ -105,6 +105,25 @@ fn a_still_is_the_same_from_its_tenth_frame_on() {
     }
 }
 
+/// With many seeds, a few of which went on changing by turns for some frames more.
+#[test]
+fn a_still_full_of_detail_is_the_same_from_its_tenth_frame_on() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/samples/lake.jpg");
+    let picture = image::open(path).expect("a sample").to_rgba8();
+    let size = Size::new(picture.width(), picture.height());
+    let pixels = picture.pixels().map(|pixel| pixel.0).collect();
+    let frame = Frame::new(size, pixels).expect("a small frame");
+    for refine in [None, Some(1)] {
+        let points = Points::Count(size.pixels() as u32 * 3 / 100);
+        let options = Options { points, refine, ..options() };
+        let mut renderer = Renderer::new(&options).expect("sound options");
+        let seen: Vec<_> = (0..24).map(|_| renderer.render(&frame).expect("renders")).collect();
+        let changes = |&t: &usize| seen[t].painting != seen[t - 1].painting;
+        let last = (1..seen.len()).filter(changes).max();
+        assert!(last < Some(10), "{refine:?}: {last:?}");
+    }
+}
+
 #[test]
 fn noise_of_the_source_is_less_than_half_in_the_output() {
     for (sort, clean) in sorts() {
