@@ -92,8 +92,7 @@ impl Motion {
 
 /// Where the columns and rows of blocks begin, in small pixels.
 pub fn blocks(small: &Small) -> (Vec<usize>, Vec<usize>) {
-    let Size { width, height } = small.plane().size();
-    (starts(width, PATCH), starts(height, PATCH))
+    blocks_of(small.plane().size())
 }
 
 /// Side of a block in small pixels.
@@ -101,7 +100,7 @@ pub const BLOCK: usize = PATCH;
 
 /// Which blocks of a picture of half the size, the second of `sizes`, stand for any of those that are `wanted`.
 fn halved(wanted: &[bool], sizes: [Size; 2]) -> Vec<bool> {
-    let [finer, coarser] = sizes.map(grid);
+    let [finer, coarser] = sizes.map(counts);
     let mut halved = vec![false; coarser.0 * coarser.1];
     for (i, _) in wanted.iter().enumerate().filter(|(_, wanted)| **wanted) {
         let (column, row) = (i % finer.0 / 2, i / finer.0 / 2);
@@ -110,9 +109,15 @@ fn halved(wanted: &[bool], sizes: [Size; 2]) -> Vec<bool> {
     halved
 }
 
-/// Columns and rows of blocks of a picture.
-fn grid(size: Size) -> (usize, usize) {
-    (starts(size.width, PATCH).len(), starts(size.height, PATCH).len())
+/// How many columns and rows of blocks there are.
+fn counts(size: Size) -> (usize, usize) {
+    let (columns, rows) = blocks_of(size);
+    (columns.len(), rows.len())
+}
+
+/// Where the columns and rows of blocks of a picture begin.
+fn blocks_of(size: Size) -> (Vec<usize>, Vec<usize>) {
+    (starts(size.width, PATCH), starts(size.height, PATCH))
 }
 
 /// Vectors of the blocks of one level.
@@ -123,7 +128,7 @@ struct Grid {
 
 impl Grid {
     fn search(a: &Plane<f32>, b: &Plane<f32>, before: Option<&Self>, wanted: &[bool]) -> Self {
-        let (columns, rows) = (starts(a.size().width, PATCH), starts(a.size().height, PATCH));
+        let (columns, rows) = blocks_of(a.size());
         let count = columns.len() * rows.len();
         let vector = |i: usize| {
             if !wanted[i] {
@@ -335,7 +340,7 @@ mod tests {
             seed in any::<u64>(),
         ) {
             let sizes = [Size::new(width, height), Size::new(width.div_ceil(2), height.div_ceil(2))];
-            let [(columns, rows), (half_columns, half_rows)] = sizes.map(grid);
+            let [(columns, rows), (half_columns, half_rows)] = sizes.map(counts);
             let wanted: Vec<_> = (0..columns * rows).map(|i| seed >> (i % 64) & 1 == 1).collect();
             let halved = halved(&wanted, sizes);
             prop_assert_eq!(halved.len(), half_columns * half_rows);

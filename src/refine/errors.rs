@@ -29,6 +29,11 @@ struct Known {
 
 impl Known {
     const NOTHING: Self = Self { error: f32::INFINITY, before: 0 };
+
+    /// Of a triangle that has not changed after this tick of the `clock`; nothing where it is not finite.
+    fn until(clock: u32, error: f32) -> Self {
+        if error.is_finite() { Self { error, before: clock + 1 } } else { Self::NOTHING }
+    }
 }
 
 /// The squared error of each triangle, and when it was found.
@@ -50,9 +55,8 @@ impl Errors {
             self.known.resize(surface.triangles(), Known::NOTHING);
             return;
         }
-        let before = |error: f32| if error.is_finite() { surface.clock + 1 } else { 0 };
         let measured = surface.about.iter();
-        self.known.extend(measured.map(|&error| Known { error, before: before(error) }));
+        self.known.extend(measured.map(|&error| Known::until(surface.clock, error)));
     }
 
     /// Brings up to date those of the triangles whose `turn` it is and that may change: exactly, or nearly on
@@ -120,8 +124,7 @@ impl Errors {
         if !self.guesses {
             return;
         }
-        let known = Known { error, before: surface.clock + 1 };
-        self.known[t as usize] = if error.is_finite() { known } else { Known::NOTHING };
+        self.known[t as usize] = Known::until(surface.clock, error);
     }
 
     /// Guesses at the errors of triangles that were `made` of pixels of such `squares`, all with the same error

@@ -107,7 +107,7 @@ fn any_number_of_threads_gives_the_same_mesh_after_parts_of_steps() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
         let mut refiner = Refiner::default();
-        let mut mesh = scattered(Size::new(160, 120), 900);
+        let mut mesh = scattered(Size::new(160, 120), 1400);
         let course = (0..12).map(|t| {
             let frame = picture(mesh.size, 5 + u64::from(t / 6), 80, true);
             let live =
@@ -118,12 +118,7 @@ fn any_number_of_threads_gives_the_same_mesh_after_parts_of_steps() {
         course.collect::<Vec<_>>()
     };
     let one = run(1);
-    let told = one.iter().filter(|(refined, _)| refined.moved > 10).count();
-    assert!(
-        told > 8,
-        "nothing to tell: {:?}",
-        one.iter().map(|(r, _)| r.moved).collect::<Vec<_>>()
-    );
+    assert!(one.iter().filter(|(refined, _)| refined.moved > 20).count() > 8, "nothing to tell");
     for threads in [2, 8] {
         assert!(run(threads) == one, "{threads} threads");
     }
