@@ -15,7 +15,7 @@ pub use cells::{CellPercentiles, Thresholds};
 pub use colour::Colour;
 pub(crate) use detail::EIGHTHS;
 pub use detail::{Detail, Look, Steps};
-pub use names::{FrontEnd, Method, Quality};
+pub use names::{Edges, FrontEnd, Method, Quality};
 pub use points::Points;
 pub use preset::{PRESETS, Preset};
 pub use target::Target;
@@ -90,6 +90,9 @@ pub struct Options {
     pub diffusion_kappa: f64,
     /// Length of a step of the diffusion, above 0 and at most 0.25. Default 0.25.
     pub diffusion_gamma: f64,
+    /// How one triangle ends and the next begins. Default [`Edges::Smooth`]; pictures with a palette have hard
+    /// ones all the same.
+    pub edges: Edges,
     /// Colour of lines drawn along the edges of the mesh; `None` draws none. Default `None`.
     pub outline: Option<Colour>,
     /// Width of these lines in pixels, 1..=32. Default 1.
@@ -130,6 +133,7 @@ impl Default for Options {
             diffusion_iterations: 10,
             diffusion_kappa: 50.0,
             diffusion_gamma: 0.25,
+            edges: Edges::default(),
             outline: None,
             outline_width: 1,
             outline_contrast: 0,
@@ -148,6 +152,7 @@ impl Options {
             quality: other.quality,
             refine: other.refine,
             regularity: other.regularity,
+            edges: other.edges,
             outline: other.outline,
             outline_width: other.outline_width,
             outline_contrast: other.outline_contrast,

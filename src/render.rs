@@ -114,8 +114,8 @@ impl Renderer {
         let (refine_steps, likeness) = (refined.steps, refined.likeness);
         let call = self.mesher.call(&refined);
         let brief = Brief { fresh, known: refined.fills, call };
-        let (painting, echo) = self.painter.paint(&mesh, frame, detail.rows, brief);
-        self.echo = echo;
+        let answer = |echo| self.echo = echo;
+        let painting = self.painter.paint(&mesh, frame, detail.rows, brief, answer);
         let candidates = features.candidates.len();
         Ok(Rendered { painting, mesh, life, refine_steps, likeness, candidates })
     }
@@ -214,7 +214,10 @@ impl Mesher {
         }
         if plan.passes() > 0 {
             return match self.options.error {
-                Some(target) => reach(target, &mut self.refiner, mesh, frame, &plan, &mut |_| ()),
+                Some(target) => {
+                    let goal = (target, self.options.edges);
+                    reach(goal, &mut self.refiner, mesh, frame, &plan, &mut |_| ())
+                }
                 None => Ok(self.refiner.refine(mesh, frame, &plan)),
             };
         }
@@ -246,7 +249,8 @@ impl Mesher {
     ) -> Result<Refined> {
         let plan = RefineOptions::fresh(&self.options);
         if let Some(target) = self.options.error {
-            return reach(target, &mut self.refiner, mesh, frame, &plan, seen);
+            let goal = (target, self.options.edges);
+            return reach(goal, &mut self.refiner, mesh, frame, &plan, seen);
         }
         // A refiner that is asked for no step does not look at the error.
         let looking = RefineOptions { steps: plan.steps.max(1), ..plan };

@@ -9,7 +9,7 @@ use image::{Rgba, RgbaImage};
 use polyreel::chance::{Purpose, rank};
 use polyreel::frame::Frame;
 use polyreel::geom::Size;
-use polyreel::options::{Colour, FrontEnd, Method, Options, Points, Quality};
+use polyreel::options::{Colour, Edges, FrontEnd, Method, Options, Points, Quality};
 use polyreel::render::Renderer;
 
 /// A picture of whole-number formulas: a disk and a bar on a gradient, with a little grain; `shift`
@@ -79,8 +79,9 @@ fn check(name: &str, options: &Options, frames: &[Frame]) {
 
 const SIZE: Size = Size::new(150, 101);
 
+/// Hard edges tell exactly which triangle each pixel belongs to.
 fn points(n: u32) -> Options {
-    Options { points: Points::Count(n), ..Options::default() }
+    Options { points: Points::Count(n), edges: Edges::Hard, ..Options::default() }
 }
 
 #[test]
@@ -102,6 +103,18 @@ fn another_seed_is_another_picture() {
 #[test]
 fn transparency() {
     check("glass", &points(220), &[scene(SIZE, 0, true)]);
+}
+
+#[test]
+fn smooth_edges() {
+    let smooth = Options { edges: Edges::Smooth, ..points(220) };
+    check("smooth", &smooth, &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn smooth_edges_where_it_is_transparent() {
+    let smooth = Options { edges: Edges::Smooth, ..points(220) };
+    check("smooth-glass", &smooth, &[scene(SIZE, 0, true)]);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use polyreel::error::Result;
 use polyreel::frame::{Frame, Rational, Span};
 use polyreel::geom::Size;
-use polyreel::options::{Options, Points};
+use polyreel::options::{Edges, Options, Points};
 use polyreel::pipeline::{self, Settings, Stop};
 use polyreel::rasterise::rasterise;
 use polyreel::sink::{Origin, Picture, Sink};
@@ -87,7 +87,7 @@ fn a_sink_that_wants_to_sees_what_its_pictures_were_made_from() {
         let Origin { frame: source, mesh } = origin.expect("it was asked for");
         assert_eq!(source, frame(t + 1));
         assert_eq!(mesh.check(), Ok(()));
-        assert_eq!(rasterise(&mesh, &source, None).frame, picture.frame);
+        assert_eq!(rasterise(&mesh, &source, Edges::Smooth, None).frame, picture.frame);
     }
 }
 

@@ -55,8 +55,8 @@ impl Chain {
         let call = self.mesher.call(&refined);
         done(Stage::Refine);
         let brief = Brief { fresh, known: refined.fills, call };
-        let (painting, echo) = self.painter.paint(&mesh, frame, detail.rows, brief);
-        self.echo = echo;
+        let answer = |echo| self.echo = echo;
+        let painting = self.painter.paint(&mesh, frame, detail.rows, brief, answer);
         drop(features);
         self.mesher.reuse(mesh);
         done(Stage::Rasterise);

@@ -211,7 +211,7 @@ mod tests {
                 let bytes = pack(&rendered.mesh, &rendered.painting.fills).expect("a sound mesh");
                 let (mesh, colours) = unpack(&bytes);
                 assert_eq!(mesh.check(), Ok(()));
-                let painted = rasterise(&mesh, &frame, None);
+                let painted = rasterise(&mesh, &frame, options.edges, None);
                 assert_eq!(painted.frame, rendered.painting.frame);
                 let expected: Vec<_> = means(&mesh, &frame).iter().map(|f| f.colour).collect();
                 assert_eq!(colours, expected);

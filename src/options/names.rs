@@ -1,4 +1,4 @@
-//! What is chosen by name: method, front end, quality.
+//! What is chosen by name: method, front end, quality, edges.
 
 use serde::{Deserialize, Serialize};
 
@@ -131,6 +131,31 @@ impl Quality {
             Quality::Draft => "draft",
             Quality::Normal => "normal",
             Quality::Best => "best",
+        }
+    }
+}
+
+/// How one triangle ends and the next begins.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Edges {
+    /// A step of colour is spread over two pixels, as antialiasing does: less error, and less flicker where
+    /// edges move.
+    #[default]
+    Smooth,
+    /// Each pixel has the colour of its one triangle.
+    Hard,
+}
+
+impl Edges {
+    /// Both.
+    pub const ALL: [Edges; 2] = [Edges::Smooth, Edges::Hard];
+
+    /// The name on the command line and in presets.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Edges::Smooth => "smooth",
+            Edges::Hard => "hard",
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use toml::Table;
 
-use super::{Colour, Options, Points, Quality};
+use super::{Colour, Edges, Options, Points, Quality};
 use crate::error::{Error, Result};
 
 /// Options that go well together.
@@ -87,13 +87,14 @@ fn crystal() -> Options {
 }
 
 impl Options {
-    /// The paper to the letter: no smoothing, no refinement, no coherence.
+    /// The paper to the letter: no smoothing, no refinement, no coherence, hard edges.
     pub fn paper() -> Self {
         Self {
             smoothing: 0,
             interval: 5,
             quality: Quality::Draft,
             coherence: 0.0,
+            edges: Edges::Hard,
             ..Self::default()
         }
     }

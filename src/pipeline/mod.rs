@@ -37,7 +37,7 @@ use crate::echo::Echo;
 use crate::error::{Error, Result};
 use crate::feature::Extractor;
 use crate::frame::{Frame, Memory};
-use crate::options::Options;
+use crate::options::{Edges, Options};
 use crate::rasterise::{Brief, Painter};
 use crate::render::{Mesher, triangulate_start};
 use crate::sink::{Origin, Picture, Sink};
@@ -72,7 +72,7 @@ pub struct Settings {
     /// How to render.
     pub options: Options,
     /// Options that may change during the run, in place of [`Settings::options`]. Default `None`: they
-    /// stay.
+    /// stay. Where the sink [has a palette](Sink::has_palette) their edges are made hard.
     pub controls: Option<Controls>,
     /// What decides how much detail frames have. Default [`Guide::Options`].
     pub guide: Guide,
@@ -123,6 +123,10 @@ pub fn run(
         Some(controls) => controls.clone(),
         None => Controls::new(settings.options.clone())?,
     };
+    if sink.has_palette() {
+        let options = controls.options();
+        controls.set(Options { edges: Edges::Hard, ..(*options).clone() })?;
+    }
     let pilot = &Pilot::new(&settings.guide);
     let began = Instant::now();
     let over = AtomicBool::new(false);
@@ -361,13 +365,16 @@ fn fill(
     let Ticket { orders, span, rehearsal, mut report, .. } = ticket;
     let rows = orders.detail.rows;
     let called = brief.call.is_some();
-    let (painting, echo) = pool.work(|| {
-        clock.time(Stage::Rasterise, &mut report, || Ok(painter.paint(&mesh, &frame, rows, brief)))
+    let answer = |echo| {
+        if called {
+            // Who called waits for an answer; nobody listens any more where the run has ended.
+            let _ = tell.send(echo);
+        }
+    };
+    let painting = pool.work(|| {
+        let paint = || Ok(painter.paint(&mesh, &frame, rows, brief, answer));
+        clock.time(Stage::Rasterise, &mut report, paint)
     })?;
-    if called {
-        // Who called waits for an answer; nobody listens any more where the run has ended.
-        let _ = tell.send(echo);
-    }
     pilot.after_painting(&report);
     let picture = Picture { frame: painting.frame, fills: painting.fills, span };
     Ok(Painted { rehearsal, report, picture, origin: Some(Origin { frame, mesh }) })

@@ -4,24 +4,28 @@ use rayon::prelude::*;
 
 use super::Painting;
 use super::planar::{self, Easels};
+use super::soften::Softener;
 use super::style::Style;
 use crate::colour::{Form, Planes};
-use crate::echo::Call;
+use crate::echo::{Call, Echo};
 use crate::frame::{Fill, Frame, Memory, Rgba};
 use crate::mesh::Mesh;
+use crate::options::Edges;
 use crate::scan::runs::{BAND, Bands};
 
-/// Memory to paint in, and who wants to know what the picture is off its frame.
+/// Memory to paint in, and how the picture is wanted.
 #[derive(Debug)]
 pub(super) struct Canvas<'a> {
     pub(super) memory: &'a mut Memory,
     pub(super) bands: &'a mut Bands,
     pub(super) easels: &'a mut Easels,
-    /// How the picture is wanted; pixels unless it is opaque and without outlines.
+    pub(super) softener: &'a mut Softener,
+    /// Pixels unless it is opaque and without outlines.
     pub(super) form: Option<Form>,
-    /// The frame, which is opaque, with who asked.
-    pub(super) asked: Option<(Call, &'a Frame)>,
 }
+
+/// Who asked what a picture is off its frame, which is opaque.
+type Asked<'a> = Option<(Call, &'a Frame)>;
 
 /// What was painted, before its colours were graded, for who asked.
 enum Told {
@@ -30,16 +34,26 @@ enum Told {
 }
 
 impl Canvas<'_> {
-    /// The picture of `mesh`, its triangles in the colours of `fills`.
-    pub(super) fn paint(&mut self, mesh: &Mesh, mut fills: Vec<Fill>, style: &Style) -> Painting {
+    /// The picture of `mesh`, its triangles in the colours of `fills`. Who asked gets the answer as soon as it
+    /// is known.
+    pub(super) fn paint(
+        &mut self,
+        mesh: &Mesh,
+        mut fills: Vec<Fill>,
+        style: &Style,
+        (asked, answer): (Asked<'_>, impl FnOnce(Option<Echo>)),
+    ) -> Painting {
+        let width = mesh.size.width as usize;
+        let smooth = style.edges == Edges::Smooth;
         let lined = style.outline.is_some();
         let colours = if lined { fills.iter().map(|f| f.colour).collect() } else { Vec::new() };
-        let told = self.tell(mesh, &fills);
+        let (told, echo) = self.tell(mesh, &fills, asked).unzip();
+        answer(echo);
         let told = if style.is_graded() { self.take_back(told) } else { told };
         style.grade(&mut fills);
         let opaque = fills.iter().all(|fill| fill.colour[3] == 255);
         if let Some(form) = self.form.filter(|_| opaque && !lined) {
-            let planes = match told {
+            let mut planes = match told {
                 Some(Told::Planes(planes)) if planes.form == form => planes,
                 told => {
                     self.take_back(told);
@@ -47,6 +61,10 @@ impl Canvas<'_> {
                     planar::paint(mesh, &fills, form, (self.bands, self.easels), memory)
                 }
             };
+            if smooth {
+                // Samples of chroma are means over several pixels as they are.
+                self.softener.plane(planes.split_mut()[0], width);
+            }
             let room = std::mem::take(&mut self.memory.pixels);
             let frame = Frame::planar(planes, room).expect("who wants planes wants squared ones");
             return Painting { frame, fills };
@@ -61,6 +79,9 @@ impl Canvas<'_> {
                 pixels
             }
         };
+        if smooth {
+            self.softener.pixels(&mut pixels, width, opaque);
+        }
         fills.extend(style.draw(&mut pixels, mesh, &colours));
         let opaque = fills.iter().all(|fill| fill.colour[3] == 255);
         let frame =
@@ -68,15 +89,16 @@ impl Canvas<'_> {
         Painting { frame, fills }
     }
 
-    /// Paints for who asked, if anybody did, and answers.
-    fn tell(&mut self, mesh: &Mesh, fills: &[Fill]) -> Option<Told> {
-        let (call, frame) = self.asked.as_mut()?;
+    /// Paints for who asked, if anybody did, and finds the answer.
+    fn tell(&mut self, mesh: &Mesh, fills: &[Fill], asked: Asked<'_>) -> Option<(Told, Echo)> {
+        let (mut call, frame) = asked?;
         if let Some(source) = frame.planes() {
             let memory = std::mem::take(&mut self.memory.planes);
             let planes = planar::paint(mesh, fills, source.form, (self.bands, self.easels), memory);
             let (room, hearing) = call.room_of_planes(source.data.len());
             hearing.hear_all(room, &planes.data, &source.data);
-            return Some(Told::Planes(planes));
+            let echo = call.answered(mesh.size, Some(source.form));
+            return Some((Told::Planes(planes), echo));
         }
         let mut pixels = std::mem::take(&mut self.memory.pixels);
         pixels.resize(mesh.size.pixels(), [0; 4]);
@@ -91,7 +113,7 @@ impl Canvas<'_> {
             let [painted, source] = [&*pixels, source].map(<[Rgba]>::as_flattened);
             hearing.hear(room.as_flattened_mut(), painted, source);
         });
-        Some(Told::Pixels(pixels))
+        Some((Told::Pixels(pixels), call.answered(mesh.size, None)))
     }
 
     /// Takes the memory back of what is not shown.

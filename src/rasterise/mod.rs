@@ -3,6 +3,7 @@
 mod canvas;
 pub mod colours;
 mod planar;
+mod soften;
 mod sparse;
 mod style;
 mod tally;
@@ -14,12 +15,13 @@ use crate::echo::{Call, Echo};
 use crate::frame::{Fill, Frame, Memory, Rgba};
 use crate::geom::Point;
 use crate::mesh::Mesh;
-use crate::options::Options;
+use crate::options::{Edges, Options};
 use crate::scan::runs::Bands;
 use crate::vector::widest;
 use canvas::Canvas;
 use colours::Colours;
 use planar::Easels;
+use soften::Softener;
 use sparse::sparse_means;
 use style::Style;
 use tally::Tally;
@@ -59,6 +61,7 @@ pub struct Painter {
     spent: Memory,
     bands: Bands,
     easels: Easels,
+    softener: Softener,
 }
 
 impl Painter {
@@ -73,6 +76,7 @@ impl Painter {
             spent: Memory::default(),
             bands: Bands::default(),
             easels: Easels::default(),
+            softener: Softener::default(),
         }
     }
 
@@ -100,16 +104,18 @@ impl Painter {
         self.coherence = options.coherence;
     }
 
-    /// Paints the next frame, see [`rasterise`]; and what the picture, before its colours are graded and
-    /// outlines drawn, is off the frame, where the `brief` asks for it. Mean colours that are not known are
-    /// taken from every `rows`-th row, where a triangle has enough of them.
+    /// Paints the next frame, see [`rasterise`], and calls `answer` once, before it ends, with what the picture
+    /// is off the frame where the `brief` asks for that: before its colours are graded, its edges smooth and
+    /// outlines drawn. Mean colours that are not known are taken from every `rows`-th row, where a triangle has
+    /// enough of them.
     pub fn paint(
         &mut self,
         mesh: &Mesh,
         frame: &Frame,
         rows: u32,
         brief: Brief,
-    ) -> (Painting, Option<Echo>) {
+        answer: impl FnOnce(Option<Echo>),
+    ) -> Painting {
         let mut fills = if brief.known.len() == mesh.triangles.len() {
             seen_below(mesh, frame, brief.known)
         } else if let Some(planes) = frame.planes() {
@@ -130,25 +136,25 @@ impl Painter {
             bands: &mut self.bands,
             easels: &mut self.easels,
             form: self.form.filter(|form| form.layout.size == mesh.size),
-            asked: brief.call.filter(|_| frame.is_opaque()).map(|call| (call, frame)),
+            softener: &mut self.softener,
         };
-        let painting = canvas.paint(mesh, fills, &self.style);
-        let form = frame.planes().map(|planes| planes.form);
-        (painting, canvas.asked.map(|(call, _)| call.answered(mesh.size, form)))
+        let asked = brief.call.filter(|_| frame.is_opaque()).map(|call| (call, frame));
+        canvas.paint(mesh, fills, &self.style, (asked, answer))
     }
 }
 
 /// Fills each triangle of `mesh` with the mean colour of the pixels of `frame` that it covers (paper,
-/// section 3: the last step), and draws its edges in `outline`, one pixel wide.
+/// section 3: the last step), and draws its edges in `outline`, one pixel wide. Where `edges` are smooth every
+/// pixel is mixed with its neighbours, by 1 6 1 of eight across and down.
 ///
 /// A transparent pixel weighs nothing in the mean; the triangle's alpha is the mean alpha. But where less than a
 /// quarter of a triangle is seen, and that is rather opaque than not, it is transparent, and the other way round: a
 /// figure that is cut out has no haze around it. Mesh and frame must have one size.
-pub fn rasterise(mesh: &Mesh, frame: &Frame, outline: Option<Rgba>) -> Painting {
-    let (memory, bands, easels) =
-        (&mut Memory::default(), &mut Bands::default(), &mut Easels::default());
-    let mut canvas = Canvas { memory, bands, easels, form: None, asked: None };
-    canvas.paint(mesh, means(mesh, frame), &Style::plain(outline))
+pub fn rasterise(mesh: &Mesh, frame: &Frame, edges: Edges, outline: Option<Rgba>) -> Painting {
+    let (memory, bands) = (&mut Memory::default(), &mut Bands::default());
+    let (easels, softener) = (&mut Easels::default(), &mut Softener::default());
+    let mut canvas = Canvas { memory, bands, easels, softener, form: None };
+    canvas.paint(mesh, means(mesh, frame), &Style::plain(edges, outline), (None, |_| ()))
 }
 
 /// The mean colour and the area of each triangle. One that covers no pixel's centre has the colour of
@@ -265,7 +271,7 @@ mod tests {
             seeds.dedup();
             let mesh = triangulate(size, &seeds).expect("distinct seeds");
             let frame = noise(size, seed, opaque);
-            let painting = rasterise(&mesh, &frame, None);
+            let painting = rasterise(&mesh, &frame, Edges::Hard, None);
             let mut owner = vec![u32::MAX; size.pixels()];
             for t in 0..mesh.triangles.len() {
                 scan::spans(mesh.triangle(t), 0..height, |y, xs| for x in xs {
@@ -343,8 +349,8 @@ mod tests {
         let size = Size::new(20, 10);
         let mesh = triangulate(size, &[Point::pixel_centre(9, 5)]).expect("one seed");
         let red = [255, 0, 0, 255];
-        let painting =
-            rasterise(&mesh, &Frame::filled(size, [9, 9, 9, 255]).expect("grey"), Some(red));
+        let grey = Frame::filled(size, [9, 9, 9, 255]).expect("grey");
+        let painting = rasterise(&mesh, &grey, Edges::Smooth, Some(red));
         assert_eq!(painting.fills.last().map(|f| f.colour), Some(red));
         assert_eq!(painting.frame.at(0, 0), red);
         assert_eq!(painting.frame.at(9, 5), red);

@@ -3,11 +3,12 @@
 use crate::draw;
 use crate::frame::{Fill, Rgba, luma};
 use crate::mesh::Mesh;
-use crate::options::Options;
+use crate::options::{Edges, Options};
 
 /// How a mesh whose colours are known is painted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Style {
+    pub(super) edges: Edges,
     /// Colour of the lines; `None` draws none.
     pub(super) outline: Option<Rgba>,
     /// Pixels.
@@ -20,12 +21,13 @@ pub(super) struct Style {
 
 impl Style {
     /// Colours as they are, and lines of one pixel along all edges.
-    pub(super) fn plain(outline: Option<Rgba>) -> Self {
-        Self { outline, width: 1, contrast: 0, saturation: 1.0, wash: 0.0 }
+    pub(super) fn plain(edges: Edges, outline: Option<Rgba>) -> Self {
+        Self { edges, outline, width: 1, contrast: 0, saturation: 1.0, wash: 0.0 }
     }
 
     pub(super) fn of(options: &Options) -> Self {
         Self {
+            edges: options.edges,
             outline: options.outline.map(|colour| colour.0),
             width: options.outline_width,
             contrast: options.outline_contrast,
@@ -84,7 +86,7 @@ mod tests {
 
     fn graded(saturation: f64, wash: f64, colour: Rgba) -> Rgba {
         let mut fills = [Fill { colour, area: 1 }];
-        Style { saturation, wash, ..Style::plain(None) }.grade(&mut fills);
+        Style { saturation, wash, ..Style::plain(Edges::Hard, None) }.grade(&mut fills);
         fills[0].colour
     }
 

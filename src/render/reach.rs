@@ -7,19 +7,23 @@ use crate::mesh::Mesh;
 use crate::metric::mse::{mse, psnr};
 use crate::metric::over_white;
 use crate::metric::ssim::ssim;
-use crate::options::{Options, Points, Target};
+use crate::options::{Edges, Options, Points, Target};
 use crate::rasterise::rasterise;
 use crate::refine::{RefineOptions, Refined, Refiner};
 use crate::sample::Sampler;
 use crate::triangulate::triangulate;
 
-/// Refines `mesh` anew until its rendering is as like `frame` as `target` asks, or `plan` ends. `seen` is
-/// shown the squared error before every step.
+/// Of the squared error of triangles with hard edges, what is left with smooth ones is above this share: on 14
+/// stills and 10 clips it was 0.75 or more.
+const LEFT_WHERE_SMOOTH: f64 = 0.5;
+
+/// Refines `mesh` anew until its rendering, with these `edges`, is as like `frame` as `target` asks, or `plan` ends.
+/// `seen` is shown the squared error before every step.
 ///
 /// # Errors
 /// When the likeness cannot be measured on a frame of this size.
 pub(super) fn reach(
-    target: Target,
+    (target, edges): (Target, Edges),
     refiner: &mut Refiner,
     mesh: &mut Mesh,
     frame: &Frame,
@@ -28,17 +32,18 @@ pub(super) fn reach(
 ) -> Result<Refined> {
     let source = over_white(frame);
     let samples = (3 * frame.size().pixels()) as f64;
+    let least = if edges == Edges::Smooth { LEFT_WHERE_SMOOTH } else { 1.0 };
     let mut failure = None;
     let mut watch = |mesh: &Mesh, error: f64| {
         seen(error);
         // Rounding the colours only adds to their error: most steps need not be painted.
         if let Target::Psnr(db) = target
             && frame.is_opaque()
-            && psnr(error / samples) < db
+            && psnr(least * error / samples) < db
         {
             return true;
         }
-        match measure(target, &source, mesh, frame) {
+        match measure(target, edges, &source, mesh, frame) {
             Ok(likeness) => likeness < target.value(),
             Err(error) => {
                 failure = Some(error);
@@ -50,14 +55,20 @@ pub(super) fn reach(
     if let Some(error) = failure {
         return Err(error);
     }
-    refined.likeness = Some(measure(target, &source, mesh, frame)?);
+    refined.likeness = Some(measure(target, edges, &source, mesh, frame)?);
     Ok(refined)
 }
 
 /// The likeness of the painted `mesh` to `source`, which is `frame` over white. Outlines are not
 /// drawn: they are no error.
-fn measure(target: Target, source: &Frame, mesh: &Mesh, frame: &Frame) -> Result<f64> {
-    let painted = over_white(&rasterise(mesh, frame, None).frame);
+fn measure(
+    target: Target,
+    edges: Edges,
+    source: &Frame,
+    mesh: &Mesh,
+    frame: &Frame,
+) -> Result<f64> {
+    let painted = over_white(&rasterise(mesh, frame, edges, None).frame);
     match target {
         Target::Psnr(_) => Ok(psnr(mse(source, &painted)?)),
         Target::Ssim(_) => ssim(source, &painted),
@@ -91,7 +102,8 @@ pub(super) fn fewest(
         let mut mesh = triangulate(frame.size(), &seeds)?;
         let plan = RefineOptions::fresh(&options);
         // A refiner of its own: what it has learnt of another mesh must not count.
-        let refined = reach(target, &mut Refiner::default(), &mut mesh, frame, &plan, &mut |_| ())?;
+        let goal = (target, options.edges);
+        let refined = reach(goal, &mut Refiner::default(), &mut mesh, frame, &plan, &mut |_| ())?;
         Ok(refined.likeness.unwrap_or(f64::NEG_INFINITY))
     };
     let (mut low, mut high) = (0, FIRST.min(most));

@@ -192,6 +192,10 @@ impl Gif {
 }
 
 impl Sink for Gif {
+    fn has_palette(&self) -> bool {
+        true
+    }
+
     fn write(&mut self, picture: Picture) -> Result<()> {
         let Picture { frame, fills, span } = picture;
         if frame.size() != self.size {

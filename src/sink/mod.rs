@@ -37,8 +37,8 @@ use still::Format;
 pub struct Picture {
     /// The low-poly picture.
     pub frame: Frame,
-    /// Every colour that `frame` holds: those of the triangles, and of outlines. One colour may stand
-    /// several times; areas are weights (an outline hides parts of triangles).
+    /// Every colour that `frame` holds, where edges are hard: those of the triangles, and of outlines. One
+    /// colour may stand several times; areas are weights (an outline hides parts of triangles).
     pub fills: Vec<Fill>,
     /// When it is shown.
     pub span: Span,
@@ -79,6 +79,12 @@ pub trait Sink: Send {
     /// and without outlines; others come as pixels all the same. Default: none, all come as pixels.
     fn form(&self) -> Option<Form> {
         None
+    }
+
+    /// Whether colours are of a palette, which is made from the fills: then pictures are wanted with hard edges,
+    /// which hold no others. Default: no.
+    fn has_palette(&self) -> bool {
+        false
     }
 
     /// Whether another process works on what is written, as an encoder does, and needs the machine's cores:

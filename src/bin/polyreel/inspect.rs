@@ -66,7 +66,7 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
         pixels
     };
     let outline = options.outline.map(|colour| colour.0);
-    let painted = |mesh: &Mesh| rasterise(mesh, &frame, outline).frame.into_pixels();
+    let painted = |mesh: &Mesh| rasterise(mesh, &frame, options.edges, outline).frame.into_pixels();
     let stages = [
         ("regions", region_colours(&regions)),
         ("candidates", dots(&features.candidates)),

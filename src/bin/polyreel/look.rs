@@ -9,7 +9,7 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use polyreel::error::{Error, Result};
 use polyreel::options::{
-    CellPercentiles, Colour, FrontEnd, Method, Options, Points, Quality, Target, Thresholds,
+    CellPercentiles, Colour, Edges, FrontEnd, Method, Options, Points, Quality, Target, Thresholds,
 };
 
 /// How the result looks. Every field that is given replaces the preset's.
@@ -53,6 +53,10 @@ pub(crate) struct LookArgs {
         "How much well-shaped triangles count against the error, 0 (not at all) to 1 (only they do)",
         Options::default().regularity))]
     regularity: Option<f64>,
+    #[arg(long, value_name = "NAME", value_parser = one_of(Edges::ALL, Edges::name), help = told(
+        "How triangles meet: smooth, a step spread over two pixels, or hard; GIFs always have hard edges",
+        Options::default().edges.name()))]
+    edges: Option<Edges>,
     /// Draw the edges of the mesh, in black or in COLOUR (white, #802040) [default: none]
     #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true)]
     #[arg(default_missing_value = "black")]
@@ -152,6 +156,7 @@ impl LookArgs {
         put(&mut options.coherence, &self.coherence);
         put(&mut options.quality, &self.quality);
         put(&mut options.regularity, &self.regularity);
+        put(&mut options.edges, &self.edges);
         put(&mut options.outline_width, &self.outline_width);
         put(&mut options.outline_contrast, &self.outline_contrast);
         put(&mut options.saturation, &self.saturation);

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::geom::orient;
 use crate::mesh::Place;
+use crate::options::Edges;
 use crate::rasterise::{self, rasterise};
 use crate::refine::cost::Cost;
 use crate::refine::mean::Mean;
@@ -157,7 +158,7 @@ fn the_error_is_that_of_the_painted_picture() {
         let frame = picture(Size::new(90, 70), 3, 60, opaque);
         let mut mesh = scattered(frame.size(), 80);
         let refined = refine(&mut mesh, &frame, &RefineOptions::normal());
-        let painted = rasterise(&mesh, &frame, None).frame;
+        let painted = rasterise(&mesh, &frame, Edges::Hard, None).frame;
         let premultiplied = |[r, g, b, a]: [u8; 4]| {
             let part = |v: u8| f64::from(v) * f64::from(a) / 255.0;
             let alpha = if opaque { 0.0 } else { f64::from(a) };

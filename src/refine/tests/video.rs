@@ -218,12 +218,10 @@ fn an_echo_lowers_flicker() {
         let mut flicker = 0.0;
         let mut last: Option<(Frame, &Frame)> = None;
         for frame in &frames {
-            refiner.resume(&mut mesh, frame, &RefineOptions::live(), echo);
+            refiner.resume(&mut mesh, frame, &RefineOptions::live(), echo.take());
             assert_eq!(mesh.check(), Ok(()));
             let brief = Brief { call: refiner.call(coherence), ..Brief::default() };
-            let (painted, told) = painter.paint(&mesh, frame, 1, brief);
-            echo = told;
-            let painted = painted.frame;
+            let painted = painter.paint(&mesh, frame, 1, brief, |told| echo = told).frame;
             if let Some((before, source)) = &last {
                 let all = painted.pixels().iter().zip(before.pixels());
                 let all = all.zip(frame.pixels().iter().zip(source.pixels())).flat_map(

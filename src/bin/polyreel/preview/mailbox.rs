@@ -162,6 +162,10 @@ impl Sink for Glance {
         self.inner.write(picture)
     }
 
+    fn has_palette(&self) -> bool {
+        self.inner.has_palette()
+    }
+
     fn feeds_others(&self) -> bool {
         self.inner.feeds_others()
     }
