@@ -109,7 +109,7 @@ fn any_number_of_threads_gives_the_same_mesh_after_parts_of_steps() {
         let mut refiner = Refiner::default();
         let mut mesh = scattered(Size::new(160, 120), 1400);
         let course = (0..12).map(|t| {
-            let frame = picture(mesh.size, 5 + u64::from(t / 6), 80, true);
+            let frame = picture(mesh.size, 5 + u64::from(t / 3), 80, true);
             let live =
                 RefineOptions { steps: t / 10, part: (3 * t + 1) % 8, ..RefineOptions::live() };
             let refined = pool.install(|| refiner.resume(&mut mesh, &frame, &live, None));
@@ -140,30 +140,22 @@ fn with_noise(clean: &Frame, sigma: f64, t: u32) -> Frame {
     Frame::new(clean.size(), opaque).expect("a small frame")
 }
 
-/// Noise of sigma 2 hardly ever wakes a settled mesh: of most pictures never, of all one vertex in a thousand
-/// frames.
+/// Noise of sigma 2 never wakes a settled mesh.
 #[test]
-fn noise_moves_hardly_anything() {
+fn noise_moves_nothing() {
     let size = Size::new(160, 120);
-    let (pictures, frames) = (12, 10..30);
-    let moved: Vec<usize> = (0..pictures)
-        .map(|seed| {
-            let clean = picture(size, seed, 0, true);
-            let noisy = |t: u32| with_noise(&clean, 2.0, t + 100 * seed as u32);
-            let mut mesh = scattered(size, 160);
-            let mut refiner = Refiner::default();
-            refiner.refine(&mut mesh, &noisy(0), &RefineOptions::normal());
-            let changes = (1..frames.end).map(|t| {
-                let refined = refiner.resume(&mut mesh, &noisy(t), &RefineOptions::live(), None);
-                let changes = refined.moved + refined.flipped + refined.replaced.len();
-                if frames.contains(&t) { changes } else { 0 }
-            });
-            changes.sum()
-        })
-        .collect();
-    assert!(moved.iter().filter(|&&moved| moved == 0).count() >= 8, "{moved:?}");
-    let all = 160 * frames.len() * moved.len();
-    assert!(1000 * moved.iter().sum::<usize>() < all, "{moved:?}");
+    for seed in 0..24 {
+        let clean = picture(size, seed, 0, true);
+        let noisy = |t: u32| with_noise(&clean, 2.0, t + 100 * seed as u32);
+        let mut mesh = scattered(size, 160);
+        let mut refiner = Refiner::default();
+        refiner.refine(&mut mesh, &noisy(0), &RefineOptions::normal());
+        for t in 1..30 {
+            let refined = refiner.resume(&mut mesh, &noisy(t), &RefineOptions::live(), None);
+            let changes = refined.moved + refined.flipped + refined.replaced.len();
+            assert!(t < 10 || changes == 0, "picture {seed}, frame {t}: {refined:?}");
+        }
+    }
 }
 
 /// A frozen part wakes when the picture changes there, and only there.
