@@ -84,7 +84,8 @@ impl Palette {
     /// stands for each of the colours, ready to be looked up.
     pub(crate) fn next(colours: &[Weighted], last: Option<&Self>) -> (Self, Lookup) {
         let (palette, matches) = Self::fitted(colours, last);
-        (palette, Lookup::new(colours, &matches))
+        let lookup = Lookup::new(colours, &matches, &palette);
+        (palette, lookup)
     }
 
     fn fitted(colours: &[Weighted], last: Option<&Self>) -> (Self, Vec<Match>) {
@@ -148,11 +149,6 @@ impl Palette {
     pub(crate) fn colours(&self) -> &[Rgb] {
         &self.colours
     }
-
-    /// The nearest colour to one that was not among a picture's fills.
-    pub(crate) fn nearest(&self, colour: Rgb) -> Match {
-        Planes::new(&self.colours).nearest(colour)
-    }
 }
 
 /// The colour of a palette that stands for another.
@@ -186,6 +182,7 @@ fn nearest(colours: &[Weighted], palette: &[Rgb]) -> Vec<Match> {
 
 /// A palette channel by channel, in numbers that processors compare many at a time. Squared
 /// distances are below 2^18, so that they are exact.
+#[derive(Debug)]
 struct Planes {
     channels: [[f32; MOST + 1]; 3],
 }
@@ -241,22 +238,23 @@ fn add(sums: &mut [u64; 4], w: &Weighted) {
     sums[3] += w.weight;
 }
 
-/// A picture's colours and what stands for each: a table with open addressing.
+/// A picture's colours and what stands for each: a table with open addressing; and the palette, for others.
 #[derive(Debug)]
 pub(crate) struct Lookup {
     slots: Vec<(u32, Match)>,
     shift: u32,
+    palette: Planes,
 }
 
 /// No colour: colours have 24 bits.
 const EMPTY: u32 = u32::MAX;
 
 impl Lookup {
-    fn new(colours: &[Weighted], matches: &[Match]) -> Self {
+    fn new(colours: &[Weighted], matches: &[Match], palette: &Palette) -> Self {
         // At most half full, so that runs of taken slots stay short.
         let bits = (2 * colours.len()).next_power_of_two().trailing_zeros().max(4);
-        let mut table =
-            Self { slots: vec![(EMPTY, Match::default()); 1 << bits], shift: 32 - bits };
+        let slots = vec![(EMPTY, Match::default()); 1 << bits];
+        let mut table = Self { slots, shift: 32 - bits, palette: Planes::new(&palette.colours) };
         for (w, &m) in colours.iter().zip(matches) {
             let slot = table.slot(key(w.colour));
             table.slots[slot] = (key(w.colour), m);
@@ -264,10 +262,16 @@ impl Lookup {
         table
     }
 
-    /// What stands for `colour`, if it was in the list.
-    pub(crate) fn get(&self, colour: Rgb) -> Option<Match> {
+    /// What stands for `colour`, quickly if it is one of the picture's; a mixed one it may be where edges are smooth.
+    pub(crate) fn get(&self, colour: Rgb) -> Match {
         let (found, m) = self.slots[self.slot(key(colour))];
-        (found != EMPTY).then_some(m)
+        if found != EMPTY {
+            return m;
+        }
+        widest(
+            #[inline(always)]
+            || self.palette.nearest(colour),
+        )
     }
 
     /// The slot that holds `key`, or the empty one where it belongs.
@@ -311,10 +315,9 @@ mod tests {
         let colours = many(255, 1);
         let (palette, lookup) = Palette::next(&colours, None);
         for w in &colours {
-            let m = lookup.get(w.colour).expect("in the list");
+            let m = lookup.get(w.colour);
             assert_eq!((palette.colours()[m.index as usize], m.distance), (w.colour, 0));
         }
-        assert_eq!(lookup.get([1, 255, 3]), None);
     }
 
     #[test]
@@ -376,12 +379,13 @@ mod tests {
             (shifted, Some(&first)),
         ] {
             let (palette, lookup) = Palette::next(&colours, last);
-            for w in &colours {
+            // Of the picture, and of none.
+            for w in colours.iter().chain(&many(50, 9)) {
                 let far = |p: &Rgb| distance(*p, w.colour);
                 let (index, best) =
                     palette.colours().iter().enumerate().min_by_key(|(_, p)| far(p)).expect("some");
                 let expected = Match { index: index as u8, distance: far(best) };
-                assert_eq!(lookup.get(w.colour), Some(expected));
+                assert_eq!(lookup.get(w.colour), expected);
             }
         }
     }

@@ -24,7 +24,7 @@ pub(super) fn draw_row(
             continue;
         }
         let colour = rgb(run[0]);
-        let best = lookup.get(colour).unwrap_or_else(|| palette.nearest(colour));
+        let best = lookup.get(colour);
         let [r, g, b] = palette.colours()[best.index as usize];
         let best_colour = [r, g, b, 255];
         let mut start = places.start;
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
     use crate::chance::{Purpose, rank};
     use crate::frame::Fill;
-    use crate::sink::palette::distinct;
+    use crate::sink::palette::{Match, distinct};
 
     /// As [`draw_row`], pixel by pixel.
     fn draw_slowly(
@@ -66,7 +66,10 @@ mod tests {
         indices.fill(palette.colours().len() as u8);
         let mut range = None;
         for (i, pixel) in pixels.iter().enumerate().filter(|(_, p)| p[3] >= THRESHOLD) {
-            let best = palette.nearest(rgb(*pixel));
+            let far = |(i, &c): (usize, _)| (distance(c, rgb(*pixel)), i as u8);
+            let found = palette.colours().iter().enumerate().map(far).min();
+            let (distance_of, index) = found.expect("a palette is never empty");
+            let best = Match { index, distance: distance_of };
             let [r, g, b] = palette.colours()[best.index as usize];
             if canvas[i] == [r, g, b, 255] {
                 if i > 0 && indices[i - 1] == best.index {

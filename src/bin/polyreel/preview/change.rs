@@ -1,7 +1,7 @@
 //! What a key makes of the options.
 
 use polyreel::geom::Size;
-use polyreel::options::{Colour, Method, Options, Points};
+use polyreel::options::{Colour, Edges, Method, Options, Points};
 use polyreel::refine::RefineOptions;
 
 use super::keys::{Look, Way};
@@ -56,6 +56,13 @@ pub(super) fn changed(
             options.outline = if options.outline.is_some() { None } else { Some(outline) };
             format!("outline {}", options.outline.map_or("off".to_owned(), |c| c.to_string()))
         }
+        Look::Edges => {
+            options.edges = match options.edges {
+                Edges::Smooth => Edges::Hard,
+                Edges::Hard => Edges::Smooth,
+            };
+            format!("{} edges", options.edges.name())
+        }
     };
     if options.points == Points::Auto && options.error.is_none() {
         options.points = Points::default();
@@ -95,6 +102,9 @@ mod tests {
         let outlined = press(&base, Look::Outline);
         assert_eq!(outlined, Options { outline: Some(RED), ..base.clone() });
         assert_eq!(press(&outlined, Look::Outline), base);
+        let hard = press(&base, Look::Edges);
+        assert_eq!(hard, Options { edges: Edges::Hard, ..base.clone() });
+        assert_eq!(press(&hard, Look::Edges), base);
         let refined = press(&base, Look::Refinement(Way::Up));
         assert_eq!(refined, Options { refine: Some(12), ..base.clone() });
         let points = Points::Count(2304);

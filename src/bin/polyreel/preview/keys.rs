@@ -47,6 +47,7 @@ pub(super) enum Look {
     Coherence(Way),
     Refinement(Way),
     Outline,
+    Edges,
 }
 
 impl Action {
@@ -84,6 +85,7 @@ pub(super) fn action(stroke: Stroke) -> Option<Action> {
         's' => Action::Split,
         'g' => Action::Overlay,
         'o' => Action::Look(Look::Outline),
+        'e' => Action::Look(Look::Edges),
         // The key of the plus sign types an equals sign where Shift is needed for it.
         '+' | '=' => Action::Look(Look::Points(Way::Up)),
         '-' | '_' => Action::Look(Look::Points(Way::Down)),
@@ -97,7 +99,7 @@ pub(super) fn action(stroke: Stroke) -> Option<Action> {
 }
 
 /// The keys and what they do, a line each.
-pub(super) const HELP: [(&str, &str); 15] = [
+pub(super) const HELP: [(&str, &str); 16] = [
     ("h", "this help"),
     ("space", "pause, go on"),
     (".", "one frame further"),
@@ -107,6 +109,7 @@ pub(super) const HELP: [(&str, &str); 15] = [
     ("[ ]", "less, more coherence from frame to frame"),
     (", ;", "less, more refinement"),
     ("o", "outline"),
+    ("e", "smooth or hard edges"),
     ("s", "side by side with the source; drag the slider"),
     ("g", "seeds and grid"),
     ("p", "save this picture (PNG)"),
