@@ -31,8 +31,8 @@ use tally::Tally;
 pub struct Painting {
     /// The low-poly picture.
     pub frame: Frame,
-    /// The colours that it holds, with their areas in pixels: one a triangle, in the triangles' order
-    /// (areas before outlines are drawn over them), then the outline's.
+    /// The colours that it holds where edges are hard, with their areas in pixels: one a triangle, in the
+    /// triangles' order (areas before outlines are drawn over them), then the outline's.
     pub fills: Vec<Fill>,
 }
 

@@ -52,6 +52,27 @@ fn delays_of_a_gif_come_through() {
 }
 
 #[test]
+fn edges_are_smooth_but_where_hard_ones_are_asked_for_and_in_gifs() {
+    let folder = Folder::new();
+    folder.still("in.png", 60, 40);
+    let colours = |name: &str| {
+        let picture = folder.open(name);
+        picture.pixels().map(|pixel| pixel.0).collect::<std::collections::BTreeSet<_>>()
+    };
+    folder.run("render in.png -o smooth.png --points 30").success();
+    folder.run("render in.png -o hard.png --points 30 --edges hard").success();
+    folder.run("render in.png -o paper.png --points 30 --preset paper").success();
+    // So few that each has its place in the palette.
+    folder.run("render in.png -o out.gif --points 30 --edges smooth").success();
+    let most = 2 * (30 + 4);
+    for name in ["hard.png", "paper.png", "out.gif"] {
+        assert!(colours(name).len() <= most, "{name} has others than its triangles' colours");
+    }
+    assert_eq!(colours("out.gif"), colours("hard.png"));
+    assert!(colours("smooth.png").len() > 2 * most);
+}
+
+#[test]
 fn a_still_to_a_gif_is_one_frame() {
     let folder = Folder::new();
     folder.still("in.png", 40, 30);
