@@ -8,6 +8,7 @@ use crate::options::{Edges, Options};
 /// How a mesh whose colours are known is painted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Style {
+    /// How triangles meet.
     pub(super) edges: Edges,
     /// Colour of the lines; `None` draws none.
     pub(super) outline: Option<Rgba>,
