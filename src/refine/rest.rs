@@ -6,8 +6,8 @@ use super::surface::{Surface, permute};
 
 /// Frames with a turn of its own during which a vertex may still change after the picture around it has
 /// come to rest. A still picture is then the same for good before its tenth frame, with one step a frame too: changes
-/// wake their surroundings in turn. Measured: with three, and half of [`WAKING`], it changes for up to eleven, and no video has less
-/// error.
+/// wake their surroundings in turn. Measured: with three, and half of [`WAKING`], it changes for up to eleven, and no
+/// video has less error.
 const CALM: u8 = 2;
 
 /// The most turns that a vertex is left alone for.
