@@ -14,7 +14,7 @@ use crate::rasterise::{Brief, Painter, Painting};
 use crate::refine::{RefineOptions, Refined, Refiner};
 use crate::sample::{Life, Sampler, Start};
 use crate::triangulate::triangulate;
-use reach::{fewest, reach};
+use reach::{Goal, fewest, reach};
 
 /// A frame that went through the chain.
 #[derive(Clone, Debug, PartialEq)]
@@ -163,8 +163,8 @@ impl Mesher {
     /// # Errors
     /// When no number of points reaches the target, or it cannot be measured.
     pub fn sample(&mut self, features: &Features, frame: &Frame, detail: &Detail) -> Result<Start> {
-        if let (Points::Auto, Some(target)) = (self.options.points, self.options.error) {
-            let count = fewest(&self.options, target, features, frame)?;
+        if let (Points::Auto, Some(goal)) = (self.options.points, Goal::of(&self.options)) {
+            let count = fewest(&self.options, goal, features, frame)?;
             self.options.points = Points::Count(count);
             self.sampler.retune(&self.options);
         }
@@ -213,11 +213,8 @@ impl Mesher {
             return Ok(self.refiner.tend(mesh, frame, &plan));
         }
         if plan.passes() > 0 {
-            return match self.options.error {
-                Some(target) => {
-                    let goal = (target, self.options.edges);
-                    reach(goal, &mut self.refiner, mesh, frame, &plan, &mut |_| ())
-                }
+            return match Goal::of(&self.options) {
+                Some(goal) => reach(goal, &mut self.refiner, mesh, frame, &plan, &mut |_| ()),
                 None => Ok(self.refiner.refine(mesh, frame, &plan)),
             };
         }
@@ -248,8 +245,7 @@ impl Mesher {
         seen: &mut (dyn FnMut(f64) + Send),
     ) -> Result<Refined> {
         let plan = RefineOptions::fresh(&self.options);
-        if let Some(target) = self.options.error {
-            let goal = (target, self.options.edges);
+        if let Some(goal) = Goal::of(&self.options) {
             return reach(goal, &mut self.refiner, mesh, frame, &plan, seen);
         }
         // A refiner that is asked for no step does not look at the error.

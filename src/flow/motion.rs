@@ -38,8 +38,8 @@ impl Motion {
     /// The motion from `from` to `to` in the blocks that `changed` tells (by column and row of blocks,
     /// see [`blocks`]); all others rest. Pictures of different sizes are at rest.
     ///
-    /// Each block, and each coarser one that holds such, looks for its like by inverse search on a pyramid, then takes the median of its
-    /// neighbours' vectors, component by component.
+    /// Each block, and each coarser one that holds such, looks for its like by inverse search on a pyramid, then
+    /// takes the median of its neighbours' vectors, component by component.
     pub fn between(from: &Small, to: &Small, changed: &[bool]) -> Self {
         let mut motion = Self::rest(from);
         if from.size != to.size || !changed.contains(&true) {

@@ -37,7 +37,7 @@ use crate::echo::Echo;
 use crate::error::{Error, Result};
 use crate::feature::Extractor;
 use crate::frame::{Frame, Memory};
-use crate::options::{Edges, Options};
+use crate::options::Options;
 use crate::rasterise::{Brief, Painter};
 use crate::render::{Mesher, triangulate_start};
 use crate::sink::{Origin, Picture, Sink};
@@ -72,7 +72,7 @@ pub struct Settings {
     /// How to render.
     pub options: Options,
     /// Options that may change during the run, in place of [`Settings::options`]. Default `None`: they
-    /// stay. Where the sink [has a palette](Sink::has_palette) their edges are made hard.
+    /// stay. The sink [adapts](Sink::adapt) them when the run begins.
     pub controls: Option<Controls>,
     /// What decides how much detail frames have. Default [`Guide::Options`].
     pub guide: Guide,
@@ -123,10 +123,9 @@ pub fn run(
         Some(controls) => controls.clone(),
         None => Controls::new(settings.options.clone())?,
     };
-    if sink.has_palette() {
-        let options = controls.options();
-        controls.set(Options { edges: Edges::Hard, ..(*options).clone() })?;
-    }
+    let mut options = (*controls.options()).clone();
+    sink.adapt(&mut options);
+    controls.set(options)?;
     let pilot = &Pilot::new(&settings.guide);
     let began = Instant::now();
     let over = AtomicBool::new(false);

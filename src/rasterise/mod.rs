@@ -2,6 +2,7 @@
 
 mod canvas;
 pub mod colours;
+mod desks;
 mod planar;
 mod soften;
 mod sparse;

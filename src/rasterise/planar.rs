@@ -2,10 +2,9 @@
 //! converted once for a triangle, not for each pixel, and there is less than half as much to read and to
 //! write.
 
-use std::sync::{Mutex, PoisonError};
-
 use rayon::prelude::*;
 
+use super::desks::Desks;
 use super::sparse::has_enough;
 use super::{centroid, each_triangle};
 use crate::colour::{Form, FromYuv, Layout, Planes, Siting, ToYuv};
@@ -107,20 +106,11 @@ fn nearest_for_none(codes: &mut [(u64, u64); 3], planes: &Planes, triangle: [Poi
     }
 }
 
-/// Memory to paint planes in, a thread's each.
-#[derive(Debug, Default)]
-pub(super) struct Easels(Vec<Mutex<Easel>>);
-
-impl Easels {
-    /// Memory for as many threads as there are.
-    fn prepare(&mut self) -> &[Mutex<Easel>] {
-        self.0.resize_with(rayon::current_num_threads(), Mutex::default);
-        &self.0
-    }
-}
+/// Memory to paint planes in.
+pub(super) type Easels = Desks<Easel>;
 
 #[derive(Debug, Default)]
-struct Easel {
+pub(super) struct Easel {
     /// A band of pixels: luma, Cb, Cr and 255 each.
     pixels: Vec<Rgba>,
     /// Chroma of two of its rows, added up: Cb in the lower and Cr in the upper half of each number.
@@ -152,8 +142,7 @@ pub(super) fn paint(
     let chroma = u.par_chunks_mut(of_chroma).zip(v.par_chunks_mut(of_chroma));
     let parts = luma.par_chunks_mut(BAND as usize * width).zip(chroma).enumerate();
     parts.for_each(|(band, (luma, (u, v)))| {
-        let easel = &easels[rayon::current_thread_index().unwrap_or(0)];
-        let mut easel = easel.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut easel = easels.mine();
         easel.pixels.resize(luma.len(), [0; 4]);
         bands.fill(band, width, &mut easel.pixels);
         easel.part(&form.layout, [luma, u, v]);

@@ -17,19 +17,44 @@ use crate::triangulate::triangulate;
 /// 0.75 to 1.17.
 const LEFT_WHERE_SMOOTH: f64 = 0.5;
 
-/// Refines `mesh` anew until its rendering, with these `edges`, is as like `frame` as `target` asks, or `plan` ends.
-/// `seen` is shown the squared error before every step.
+/// Likeness at which refinement stops.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Goal {
+    target: Target,
+    edges: Edges,
+}
+
+impl Goal {
+    /// As `options` ask for it, if they do.
+    pub(super) fn of(options: &Options) -> Option<Self> {
+        options.error.map(|target| Self { target, edges: options.edges })
+    }
+
+    /// The likeness of the painted `mesh` to `source`, which is `frame` over white. Outlines are not
+    /// drawn: they are no error.
+    fn measure(self, source: &Frame, mesh: &Mesh, frame: &Frame) -> Result<f64> {
+        let painted = over_white(&rasterise(mesh, frame, self.edges, None).frame);
+        match self.target {
+            Target::Psnr(_) => Ok(psnr(mse(source, &painted)?)),
+            Target::Ssim(_) => ssim(source, &painted),
+        }
+    }
+}
+
+/// Refines `mesh` anew until its rendering is as like `frame` as the `goal` asks, or `plan` ends. `seen` is
+/// shown the squared error before every step.
 ///
 /// # Errors
 /// When the likeness cannot be measured on a frame of this size.
 pub(super) fn reach(
-    (target, edges): (Target, Edges),
+    goal: Goal,
     refiner: &mut Refiner,
     mesh: &mut Mesh,
     frame: &Frame,
     plan: &RefineOptions,
     seen: &mut (dyn FnMut(f64) + Send),
 ) -> Result<Refined> {
+    let Goal { target, edges } = goal;
     let source = over_white(frame);
     let samples = (3 * frame.size().pixels()) as f64;
     let least = if edges == Edges::Smooth { LEFT_WHERE_SMOOTH } else { 1.0 };
@@ -43,7 +68,7 @@ pub(super) fn reach(
         {
             return true;
         }
-        match measure(target, edges, &source, mesh, frame) {
+        match goal.measure(&source, mesh, frame) {
             Ok(likeness) => likeness < target.value(),
             Err(error) => {
                 failure = Some(error);
@@ -55,24 +80,8 @@ pub(super) fn reach(
     if let Some(error) = failure {
         return Err(error);
     }
-    refined.likeness = Some(measure(target, edges, &source, mesh, frame)?);
+    refined.likeness = Some(goal.measure(&source, mesh, frame)?);
     Ok(refined)
-}
-
-/// The likeness of the painted `mesh` to `source`, which is `frame` over white. Outlines are not
-/// drawn: they are no error.
-fn measure(
-    target: Target,
-    edges: Edges,
-    source: &Frame,
-    mesh: &Mesh,
-    frame: &Frame,
-) -> Result<f64> {
-    let painted = over_white(&rasterise(mesh, frame, edges, None).frame);
-    match target {
-        Target::Psnr(_) => Ok(psnr(mse(source, &painted)?)),
-        Target::Ssim(_) => ssim(source, &painted),
-    }
 }
 
 /// The number of points that the search begins with.
@@ -84,14 +93,14 @@ const PIXELS_A_POINT: usize = 4;
 /// The search ends when it knows the number to one part in so many.
 const EXACT: u32 = 50;
 
-/// The fewest points that reach `target` on `frame`, to 2 %: doubled until they do, then halved in
+/// The fewest points that reach the `goal` on `frame`, to 2 %: doubled until they do, then halved in
 /// between. At most a quarter of the pixels.
 ///
 /// # Errors
 /// When that many do not reach it, or it cannot be measured.
 pub(super) fn fewest(
     options: &Options,
-    target: Target,
+    goal: Goal,
     features: &Features,
     frame: &Frame,
 ) -> Result<u32> {
@@ -102,10 +111,10 @@ pub(super) fn fewest(
         let mut mesh = triangulate(frame.size(), &seeds)?;
         let plan = RefineOptions::fresh(&options);
         // A refiner of its own: what it has learnt of another mesh must not count.
-        let goal = (target, options.edges);
         let refined = reach(goal, &mut Refiner::default(), &mut mesh, frame, &plan, &mut |_| ())?;
         Ok(refined.likeness.unwrap_or(f64::NEG_INFINITY))
     };
+    let target = goal.target;
     let (mut low, mut high) = (0, FIRST.min(most));
     loop {
         let likeness = try_out(high)?;

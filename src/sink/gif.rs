@@ -24,6 +24,7 @@ use super::{Picture, Sink, SinkOptions};
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Loops, Memory, Rational, Rgba, Span, StreamInfo};
 use crate::geom::Size;
+use crate::options::{Edges, Options};
 use draw::draw_row;
 
 /// Pixels with less alpha are transparent.
@@ -192,8 +193,9 @@ impl Gif {
 }
 
 impl Sink for Gif {
-    fn has_palette(&self) -> bool {
-        true
+    fn adapt(&self, options: &mut Options) {
+        // The palette is made from the fills: there must be no other colours.
+        options.edges = Edges::Hard;
     }
 
     fn write(&mut self, picture: Picture) -> Result<()> {

@@ -24,6 +24,7 @@ use crate::colour::Form;
 use crate::error::{Error, Result};
 use crate::frame::{Fill, Frame, Loops, Memory, Rgba, Span, StreamInfo};
 use crate::mesh::Mesh;
+use crate::options::Options;
 use crate::pattern::Pattern;
 
 use codec::Container;
@@ -81,11 +82,8 @@ pub trait Sink: Send {
         None
     }
 
-    /// Whether colours are of a palette, which is made from the fills: then pictures are wanted with hard edges,
-    /// which hold no others. Default: no.
-    fn has_palette(&self) -> bool {
-        false
-    }
+    /// Changes in `options` what pictures have to be otherwise to be written. Default: nothing.
+    fn adapt(&self, _options: &mut Options) {}
 
     /// Whether another process works on what is written, as an encoder does, and needs the machine's cores:
     /// then threads that wait for work leave them to it at once. Default: no.

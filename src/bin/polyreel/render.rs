@@ -7,7 +7,7 @@ use std::sync::Arc;
 use indicatif::HumanBytes;
 use polyreel::error::{Error, Result};
 use polyreel::frame::StreamInfo;
-use polyreel::options::{Edges, Options, Target};
+use polyreel::options::{Options, Target};
 use polyreel::pipeline::{
     self, Controls, Ending, Guide, InputReport, OutputReport, Report, Script, Settings, Stop,
     Summary,
@@ -44,9 +44,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         args.run.preview.then(|| Beside::open(&args.input.inputs, &info, controls.clone()));
     let window = window.transpose()?;
     let sink = sink::create(output, &info, &sink_options(args, &options, &input)?)?;
-    if sink.has_palette() {
-        options.edges = Edges::Hard;
-    }
+    sink.adapt(&mut options);
     let mut warnings = sink.warnings().to_vec();
     if !args.run.quiet {
         warnings.iter().for_each(|warning| eprintln!("polyreel: warning: {warning}"));

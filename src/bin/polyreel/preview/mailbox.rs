@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use polyreel::error::Result;
 use polyreel::frame::{Frame, Span};
+use polyreel::options::Options;
 use polyreel::pipeline::FrameReport;
 use polyreel::sink::{Origin, Picture, Sink};
 
@@ -162,8 +163,8 @@ impl Sink for Glance {
         self.inner.write(picture)
     }
 
-    fn has_palette(&self) -> bool {
-        self.inner.has_palette()
+    fn adapt(&self, options: &mut Options) {
+        self.inner.adapt(options);
     }
 
     fn feeds_others(&self) -> bool {
