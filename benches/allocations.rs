@@ -13,12 +13,13 @@ use std::hint::black_box;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use chain::{Chain, STAGES};
-use polyreel::frame::{Frame, Rational, Span};
+use polyreel::frame::{Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::options::Options;
 use polyreel::sink::ffmpeg::{VideoSink, VideoSpec};
 use polyreel::sink::{Picture, Sink, SinkOptions};
 use polyreel::source::SourceOptions;
+use polyreel::stream::Span;
 
 /// Frames before the counting, so that all buffers have found their size.
 const BEFORE: u64 = 24;

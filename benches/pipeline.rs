@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use polyreel::error::Result;
-use polyreel::frame::{Frame, Rational, Span};
+use polyreel::frame::{Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::options::Options;
 use polyreel::pipeline::{FrameReport, Observer, Settings, Stop, run};
@@ -18,6 +18,7 @@ use polyreel::render::Renderer;
 use polyreel::sink::{Picture, Sink};
 use polyreel::source::{Decoded, Source};
 use polyreel::stage::{Percentiles, Stage};
+use polyreel::stream::Span;
 
 /// Frames of a run: enough that the first and the last, which nobody overlaps with, do not matter.
 const FRAMES: usize = 96;

@@ -9,6 +9,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// An error that names the file, the frame and the stage, as far as they are known.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// The request itself cannot be meant (exit code 2 in the program).
     #[error("{0}")]
@@ -44,6 +45,9 @@ pub enum Error {
         /// What happened there.
         source: Box<Error>,
     },
+    /// The engine refused the options or the picture.
+    #[error(transparent)]
+    Core(#[from] polyreel_core::error::Error),
     /// A stage panicked; the panic itself is resumed at the caller of the run.
     #[error("stage {0} panicked")]
     Panicked(Stage),
@@ -54,6 +58,15 @@ fn at_frame(frame: Option<u64>) -> String {
 }
 
 impl Error {
+    /// Whether the request itself cannot be meant (exit code 2 in the program).
+    pub fn is_usage(&self) -> bool {
+        match self {
+            Self::Usage(_) => true,
+            Self::Core(error) => error.is_usage(),
+            _ => false,
+        }
+    }
+
     /// A usage error.
     pub fn usage(what: impl Into<String>) -> Self {
         Self::Usage(what.into())

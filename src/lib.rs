@@ -32,34 +32,20 @@
 //! [`plane`], [`flow`], [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`], [`governor`];
 //! [`metric`], [`render`], [`source`], [`sink`], [`evaluate`]; [`pipeline`].
 
-pub mod chance;
-pub mod colour;
-pub mod draw;
-pub mod echo;
+pub use polyreel_core::{
+    chance, colour, draw, echo, feature, flow, frame, geom, governor, hex, mesh, metric, options,
+    plane, rasterise, refine, render, sample, scan, stage, triangulate,
+};
+
 pub mod error;
 pub mod evaluate;
-pub mod feature;
-pub mod flow;
-pub mod frame;
-pub mod geom;
-pub mod governor;
-pub mod hex;
-pub mod mesh;
-pub mod metric;
-pub mod options;
 pub mod pattern;
 pub mod pipeline;
-pub mod plane;
-pub mod rasterise;
-pub mod refine;
-pub mod render;
-pub mod sample;
-pub mod scan;
+pub mod preset;
 pub mod sink;
 pub mod source;
-pub mod stage;
-pub mod triangulate;
-pub(crate) mod vector;
+pub mod stream;
+pub(crate) use polyreel_core::vector;
 
 /// The README's example, compiled and run as a test.
 #[cfg(doctest)]

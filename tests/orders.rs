@@ -4,13 +4,14 @@
 use std::sync::{Arc, Mutex};
 
 use polyreel::error::Result;
-use polyreel::frame::{Frame, Rational, Span};
+use polyreel::frame::{Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::options::{Colour, Detail, Look, Method, Options, Points, Quality, Steps, Target};
 use polyreel::pipeline::{Controls, Settings, Stop, run};
 use polyreel::render::{Rendered, Renderer};
 use polyreel::sink::{Picture, Sink};
 use polyreel::source::{Decoded, Source};
+use polyreel::stream::Span;
 
 const FRAMES: u64 = 8;
 

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use polyreel::error::{Error, Result};
-use polyreel::frame::{Frame, Rational, Span};
+use polyreel::frame::{Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::options::{Options, Points};
 use polyreel::pipeline::{Ending, FrameReport, IN_FLIGHT, Observer, Settings, Stop, Summary, run};
@@ -16,6 +16,7 @@ use polyreel::render::Renderer;
 use polyreel::sink::{Picture, Sink};
 use polyreel::source::{Decoded, Source};
 use polyreel::stage::Stage;
+use polyreel::stream::Span;
 
 /// Frame `index` of an endless film: a disc that wanders over a gradient.
 fn frame(index: u64) -> Decoded {

@@ -7,13 +7,14 @@ use polyreel::colour::{
     Coding, Form, Layout, Matrix, Planes, Range, Sampling, Siting, from_rgba, to_rgba,
 };
 use polyreel::error::Result;
-use polyreel::frame::{Frame, Rational, Span};
+use polyreel::frame::{Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::options::{Edges, Options, Points};
 use polyreel::pipeline::{Settings, Stop, run};
 use polyreel::render::{Rendered, Renderer};
 use polyreel::sink::{Picture, Sink};
 use polyreel::source::{Decoded, Source};
+use polyreel::stream::Span;
 
 const SIZE: Size = Size::new(160, 98);
 const FRAMES: u32 = 12;

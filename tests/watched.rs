@@ -4,13 +4,14 @@
 use std::sync::{Arc, Mutex};
 
 use polyreel::error::Result;
-use polyreel::frame::{Frame, Rational, Span};
+use polyreel::frame::{Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::options::{Edges, Options, Points};
 use polyreel::pipeline::{self, Settings, Stop};
 use polyreel::rasterise::rasterise;
 use polyreel::sink::{Origin, Picture, Sink};
 use polyreel::source::{Decoded, Source};
+use polyreel::stream::Span;
 
 const SIZE: Size = Size::new(60, 40);
 

@@ -60,7 +60,7 @@ impl Chain {
         drop(features);
         self.mesher.reuse(mesh);
         done(Stage::Rasterise);
-        let span = polyreel::frame::Span { start: polyreel::frame::Rational::ZERO, length: None };
+        let span = polyreel::stream::Span { start: polyreel::frame::Rational::ZERO, length: None };
         Picture { frame: painting.frame, fills: painting.fills, span }
     }
 }

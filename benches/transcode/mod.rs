@@ -4,13 +4,14 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use polyreel::frame::{Frame, Rational, Span};
+use polyreel::frame::{Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::pipeline::{Settings, Stop, Summary, run};
 use polyreel::sink::ffmpeg::{VideoOptions, VideoSink, VideoSpec};
 use polyreel::sink::{Picture, Sink, SinkOptions};
 use polyreel::source::{self, SourceOptions};
 use polyreel::stage::Stage;
+use polyreel::stream::Span;
 
 use super::{film, with_steps};
 

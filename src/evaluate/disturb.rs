@@ -70,7 +70,7 @@ fn noisy(frame: &Frame, seed: u64) -> Result<Frame> {
             *value = (f64::from(*value) + NOISE * normal + 0.5) as u8;
         }
     }
-    Frame::new(size, pixels)
+    Ok(Frame::new(size, pixels)?)
 }
 
 fn occluded(frame: &Frame, seed: u64) -> Result<Frame> {
@@ -85,14 +85,14 @@ fn occluded(frame: &Frame, seed: u64) -> Result<Frame> {
     {
         row[left as usize..(left + width) as usize].fill([0, 0, 0, 255]);
     }
-    Frame::new(size, pixels)
+    Ok(Frame::new(size, pixels)?)
 }
 
 fn compressed(frame: &Frame) -> Result<Frame> {
     let failed = |error: image::ImageError| Error::usage(format!("the JPEG codec failed: {error}"));
     let bytes = jpeg(frame, JPEG_QUALITY).map_err(failed)?;
     let decoded = image::load_from_memory_with_format(&bytes, ImageFormat::Jpeg).map_err(failed)?;
-    Frame::from_image(decoded.to_rgba8())
+    Ok(Frame::from_image(decoded.to_rgba8())?)
 }
 
 /// The red, green and blue of `frame` as a JPEG.

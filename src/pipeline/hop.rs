@@ -6,11 +6,12 @@
 use std::sync::Arc;
 
 use crate::feature::Features;
-use crate::frame::{Frame, Span};
+use crate::frame::Frame;
 use crate::mesh::Mesh;
 use crate::options::{Detail, Options};
 use crate::rasterise::Brief;
 use crate::sink::{Origin, Picture};
+use crate::stream::Span;
 
 use super::report::FrameReport;
 

@@ -305,13 +305,21 @@ fn build_mesh(
     pilot.before_mesh(&mut ticket, &features, mesher);
     let Orders { options, detail } = &ticket.orders;
     let report = &mut ticket.report;
-    let start = pool
-        .work(|| clock.time(Stage::Sample, report, || mesher.sample(&features, &frame, detail)))?;
-    let (mut mesh, fresh) =
-        pool.work(|| clock.time(Stage::Triangulate, report, || triangulate_start(&frame, start)))?;
+    let start = pool.work(|| {
+        clock.time(Stage::Sample, report, || {
+            mesher.sample(&features, &frame, detail).map_err(Error::from)
+        })
+    })?;
+    let (mut mesh, fresh) = pool.work(|| {
+        clock.time(Stage::Triangulate, report, || {
+            triangulate_start(&frame, start).map_err(Error::from)
+        })
+    })?;
     let echo = echoes.last();
     let refined = pool.work_awake(|| {
-        clock.time(Stage::Refine, report, || mesher.refine(&mut mesh, &frame, fresh, detail, echo))
+        clock.time(Stage::Refine, report, || {
+            mesher.refine(&mut mesh, &frame, fresh, detail, echo).map_err(Error::from)
+        })
     })?;
     let life = mesher.remember(&mesh, fresh, &refined);
     report.seeds = mesh.seeds().len();

@@ -5,11 +5,11 @@ use std::time::Duration;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use crate::error::Error;
-use crate::frame::StreamInfo;
 use crate::geom::Size;
 use crate::governor::Change;
 use crate::options::{Detail, Options};
 use crate::stage::{Percentiles, Stage, Timing};
+use crate::stream::StreamInfo;
 
 /// How one frame came to be, in figures.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]

@@ -22,9 +22,10 @@ use super::place::Place;
 use super::still::nothing;
 use super::{Picture, Sink, SinkOptions};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Loops, Memory, Rational, Rgba, Span, StreamInfo};
+use crate::frame::{Frame, Memory, Rational, Rgba};
 use crate::geom::Size;
 use crate::options::{Edges, Options};
+use crate::stream::{Loops, Span, StreamInfo};
 use draw::draw_row;
 
 /// Pixels with less alpha are transparent.

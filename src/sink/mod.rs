@@ -22,10 +22,11 @@ use std::path::{Path, PathBuf};
 
 use crate::colour::Form;
 use crate::error::{Error, Result};
-use crate::frame::{Fill, Frame, Loops, Memory, Rgba, Span, StreamInfo};
+use crate::frame::{Fill, Frame, Memory, Rgba};
 use crate::mesh::Mesh;
 use crate::options::Options;
 use crate::pattern::Pattern;
+use crate::stream::{Loops, Span, StreamInfo};
 
 use codec::Container;
 use ffmpeg::{VideoOptions, VideoSink, VideoSpec};

@@ -3,7 +3,8 @@
 use super::{Picture, Sink};
 use crate::colour::{Coding, Form, Layout};
 use crate::error::Result;
-use crate::frame::{Memory, StreamInfo};
+use crate::frame::Memory;
+use crate::stream::StreamInfo;
 
 /// Discards pictures. Those of a video are taken as a video would take them.
 #[derive(Debug)]

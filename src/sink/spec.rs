@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::frame::{Colorimetry, Rational, StreamInfo};
+use crate::frame::{Colorimetry, Rational};
 use crate::geom::Size;
 use crate::sink::sound::Sound;
+use crate::stream::StreamInfo;
 
 /// How to encode.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,11 +11,12 @@ use std::path::{Path, PathBuf};
 
 use crate::colour::{Coding, Form, Layout, Range, Sampling, Siting};
 use crate::error::{Error, Result};
-use crate::frame::{Colorimetry, Memory, Rational, StreamInfo, check_size};
+use crate::frame::{Colorimetry, Memory, Rational, check_size};
 use crate::geom::Size;
 use crate::sink::place::Place;
 use crate::sink::planes::fill_planes;
 use crate::sink::{Picture, Sink, SinkOptions};
+use crate::stream::StreamInfo;
 
 /// The rate for frames of varying length that come without one: that of the delays in a GIF.
 const FINEST_RATE: Rational = Rational { num: 100, den: 1 };
@@ -208,9 +209,10 @@ impl<W: Write + Send> Sink for Y4mSink<W> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{Frame, Span};
+    use crate::frame::Frame;
     use crate::source::Source;
     use crate::source::y4m::Y4mSource;
+    use crate::stream::Span;
 
     fn info(range: Option<&str>) -> StreamInfo {
         let colour = Colorimetry { range: range.map(String::from), ..Colorimetry::default() };

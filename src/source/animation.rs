@@ -12,8 +12,9 @@ use image::{AnimationDecoder, Frames, ImageDecoder, ImageResult};
 use super::still::{broken, check_picture, cut_short, limits, title};
 use super::{Decoded, Input, Source};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Loops, Rational, Span, StreamInfo};
+use crate::frame::{Frame, Rational};
 use crate::geom::Size;
+use crate::stream::{Loops, Span, StreamInfo};
 
 /// What the chunks of an animation tell.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,8 +6,9 @@ use std::path::Path;
 use super::animation::{Facts, Lengths};
 use super::detect;
 use crate::error::{Error, Result};
-use crate::frame::{Loops, Rational};
+use crate::frame::Rational;
 use crate::geom::Size;
+use crate::stream::Loops;
 
 /// Reads the chunks of the PNG in `path`; `None` if it is no animation, or one of a single frame.
 ///

@@ -4,9 +4,9 @@ use std::ffi::OsString;
 use std::path::Path;
 
 use crate::colour::{Coding, Range};
-use crate::frame::StreamInfo;
 use crate::source::child;
 use crate::source::probe::{self, Pixels, Track};
+use crate::stream::StreamInfo;
 
 /// How ffmpeg scales: what loses least.
 const SCALING: &str = "bicubic+accurate_rnd+full_chroma_int";

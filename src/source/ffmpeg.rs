@@ -12,13 +12,14 @@ use std::sync::Arc;
 
 use crate::colour::{Form, Planes, to_rgba};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Memory, Rational, Span, StreamInfo};
+use crate::frame::{Frame, Memory, Rational};
 use crate::source::child::{self, Child, Pipe};
 use crate::source::command;
 use crate::source::early::{BUFFER, Early, Frames};
 use crate::source::nut::NutReader;
 use crate::source::probe::{self, Pixels, Probed, probe};
 use crate::source::{Decoded, Input, Sound, Source, SourceOptions};
+use crate::stream::{Span, StreamInfo};
 
 /// Whether `path` is for ffmpeg to open: a URL, or a camera.
 pub(crate) fn is_address(path: &Path) -> bool {
@@ -300,18 +301,18 @@ impl VideoSource {
         match self.video.probed.track.pixels {
             Pixels::Planar(layout, coding) if layout.is_squared() => {
                 self.spare = planes;
-                Frame::planar(Planes { form: Form { layout, coding }, data }, pixels)
+                Ok(Frame::planar(Planes { form: Form { layout, coding }, data }, pixels)?)
             }
             Pixels::Planar(layout, coding) => {
                 to_rgba(&layout, coding, &data, &mut pixels);
                 self.spare = data;
-                Frame::known(self.video.probed.info.size, pixels, !layout.alpha)
+                Ok(Frame::known(self.video.probed.info.size, pixels, !layout.alpha)?)
             }
             Pixels::Rgba => {
                 pixels.clear();
                 pixels.extend_from_slice(data.as_chunks::<4>().0);
                 self.spare = data;
-                Frame::new(self.video.probed.info.size, pixels)
+                Ok(Frame::new(self.video.probed.info.size, pixels)?)
             }
         }
     }

@@ -14,8 +14,9 @@ use gif::{DecodeOptions, Decoder, DecodingError, DisposalMethod, MemoryLimit, Re
 use super::still::{check_picture, cut_short};
 use super::{Decoded, Input, Source, SourceOptions, detect};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Loops, Rational, Rgba, Span, StreamInfo};
+use crate::frame::{Frame, Rational, Rgba};
 use crate::geom::{MAX_SIDE, Size};
+use crate::stream::{Loops, Span, StreamInfo};
 
 /// Opens the GIF in `path`. All of its frames are counted, without decoding them.
 ///

@@ -29,7 +29,8 @@ use std::sync::{Arc, Mutex};
 use image::ImageFormat;
 
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Rational, Span, StreamInfo};
+use crate::frame::{Frame, Rational};
+use crate::stream::{Span, StreamInfo};
 
 pub use watch::hang_up;
 

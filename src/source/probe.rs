@@ -8,10 +8,11 @@ use serde_json::Value;
 
 use crate::colour::{Coding, Layout, Sampling, Siting};
 use crate::error::{Error, Result};
-use crate::frame::{Colorimetry, Loops, Rational, StreamInfo, check_size};
+use crate::frame::{Colorimetry, Rational, check_size};
 use crate::geom::Size;
 use crate::source::child::{self, Child};
 use crate::source::told::{clock, decimal, fraction, text};
+use crate::stream::{Loops, StreamInfo};
 
 /// More than this ffprobe has not to say.
 const MAX_ANSWER: u64 = 4 << 20;

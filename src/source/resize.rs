@@ -68,7 +68,7 @@ impl Scaler {
                 *pixel = store(tap.sum(|i| across[i * width + x]), premultiplied);
             }
         });
-        Frame::new(self.to, pixels)
+        Ok(Frame::new(self.to, pixels)?)
     }
 }
 

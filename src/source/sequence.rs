@@ -9,8 +9,9 @@ use super::detect::{self, Kind};
 use super::still::{self, Header};
 use super::{Decoded, Input, SEQUENCE_RATE, Source, SourceOptions};
 use crate::error::{Error, Result};
-use crate::frame::{Loops, Rational, Span, StreamInfo};
+use crate::frame::Rational;
 use crate::geom::Size;
+use crate::stream::{Loops, Span, StreamInfo};
 
 /// Opens one picture as a still.
 ///

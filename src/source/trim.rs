@@ -4,7 +4,8 @@
 
 use super::{Decoded, Source, SourceOptions};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Rational, Span, StreamInfo};
+use crate::frame::{Frame, Rational};
+use crate::stream::{Span, StreamInfo};
 
 /// The part of a stream that is wanted.
 #[derive(Clone, Copy, Debug)]

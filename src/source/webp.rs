@@ -8,8 +8,9 @@ use super::animation::{Facts, Lengths};
 use super::apng::fill;
 use super::detect;
 use crate::error::{Error, Result};
-use crate::frame::{Loops, Rational};
+use crate::frame::Rational;
 use crate::geom::Size;
+use crate::stream::Loops;
 
 /// Bits of the extended header's flags.
 const ANIMATION: u8 = 0x02;

@@ -14,9 +14,10 @@ use image::imageops::{self, FilterType};
 
 use crate::colour::{Coding, Form, Layout, Planes, Sampling, Siting, to_rgba};
 use crate::error::{Error, Result};
-use crate::frame::{Colorimetry, Frame, Loops, Memory, Rational, Span, StreamInfo, check_size};
+use crate::frame::{Colorimetry, Frame, Memory, Rational, check_size};
 use crate::geom::Size;
 use crate::source::{Decoded, Input, Source, detect};
+use crate::stream::{Loops, Span, StreamInfo};
 
 /// What to do about something else.
 const CURE: &str = "ffmpeg makes one with -f yuv4mpegpipe";

@@ -1,10 +1,11 @@
 //! Inputs read round after round, and from the middle.
 
 use polyreel::error::Result;
-use polyreel::frame::{Frame, Rational, Span, StreamInfo};
+use polyreel::frame::{Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::sink::{self, SinkOptions};
 use polyreel::source::{self, Decoded, Input, SourceOptions};
+use polyreel::stream::{Span, StreamInfo};
 
 use crate::given::{self, folder, name};
 

@@ -3,9 +3,10 @@
 use std::fs;
 
 use image::ImageEncoder;
-use polyreel::frame::{Loops, Rational, Span};
+use polyreel::frame::Rational;
 use polyreel::geom::Size;
 use polyreel::source::SourceOptions;
+use polyreel::stream::{Loops, Span};
 
 use crate::given::*;
 

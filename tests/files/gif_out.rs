@@ -4,9 +4,10 @@ use std::fs;
 use std::io::Cursor;
 
 use image::AnimationDecoder;
-use polyreel::frame::{Frame, Loops, Rational, Rgba};
+use polyreel::frame::{Frame, Rational, Rgba};
 use polyreel::geom::Size;
 use polyreel::sink::SinkOptions;
+use polyreel::stream::Loops;
 
 use crate::given::*;
 

@@ -5,10 +5,11 @@ use std::path::Path;
 
 use polyreel::chance::{Purpose, rank};
 use polyreel::error::{Error, Result};
-use polyreel::frame::{Fill, Frame, Loops, Rational, Rgba, Span, StreamInfo};
+use polyreel::frame::{Fill, Frame, Rational, Rgba};
 use polyreel::geom::Size;
 use polyreel::sink::{self, Picture, SinkOptions};
 use polyreel::source::{self, Decoded, SourceOptions};
+use polyreel::stream::{Loops, Span, StreamInfo};
 use tempfile::TempDir;
 
 pub(crate) fn folder() -> TempDir {

@@ -4,9 +4,10 @@ use std::fs;
 use std::path::PathBuf;
 
 use polyreel::colour::Range;
-use polyreel::frame::{Colorimetry, StreamInfo};
+use polyreel::frame::Colorimetry;
 use polyreel::geom::Size;
 use polyreel::sink::{self, SinkOptions};
+use polyreel::stream::StreamInfo;
 
 use crate::given::*;
 

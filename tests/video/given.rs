@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use polyreel::error::Result;
-use polyreel::frame::{Frame, Rational, Rgba, Span};
+use polyreel::frame::{Frame, Rational, Rgba};
 use polyreel::geom::Size;
 use polyreel::sink::ffmpeg::{VideoOptions, VideoSink, VideoSpec};
 use polyreel::sink::sound::Sound;
 use polyreel::sink::{Picture, Sink, SinkOptions};
 use polyreel::source::ffmpeg::Video;
 use polyreel::source::{Decoded, Source};
+use polyreel::stream::Span;
 use tempfile::TempDir;
 
 /// Whether there is an ffmpeg to test with.

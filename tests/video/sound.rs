@@ -1,11 +1,12 @@
 //! Sound beside the picture.
 
-use polyreel::frame::{Rational, Span};
+use polyreel::frame::Rational;
 use polyreel::sink::ffmpeg::{VideoSink, VideoSpec};
 use polyreel::sink::sound::Sound;
 use polyreel::sink::{Picture, Sink};
 use polyreel::source::Decoded;
 use polyreel::source::ffmpeg::Video;
+use polyreel::stream::Span;
 
 use crate::given::*;
 

@@ -1,9 +1,10 @@
 //! When frames are shown.
 
-use polyreel::frame::{Rational, Span};
+use polyreel::frame::Rational;
 use polyreel::geom::Size;
 use polyreel::sink::ffmpeg::{VideoOptions, VideoSink, VideoSpec};
 use polyreel::sink::{Picture, Sink, SinkOptions};
+use polyreel::stream::Span;
 
 use crate::given::*;
 

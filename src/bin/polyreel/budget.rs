@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use polyreel::error::{Error, Result};
-use polyreel::frame::{Rational, StreamInfo};
+use polyreel::frame::Rational;
+use polyreel::stream::StreamInfo;
 
 use crate::amount;
 

@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 
 use polyreel::error::Result;
-use polyreel::frame::{Colorimetry, Loops, Rational, StreamInfo};
+use polyreel::frame::{Colorimetry, Rational};
 use polyreel::pipeline::{InputReport, Stop};
 use polyreel::source;
+use polyreel::stream::{Loops, StreamInfo};
 
 use crate::cli::InfoArgs;
 use crate::interrupt::Interrupt;

@@ -9,7 +9,7 @@ use polyreel::feature::mask::Mask;
 use polyreel::feature::region::{Regions, TRANSPARENT};
 use polyreel::feature::saliency::saliency;
 use polyreel::feature::{Extractor, Features};
-use polyreel::frame::{Fill, Frame, Rational, Rgba, Span, StreamInfo};
+use polyreel::frame::{Fill, Frame, Rational, Rgba};
 use polyreel::geom::{Point, Size};
 use polyreel::hex::HexGrid;
 use polyreel::mesh::Mesh;
@@ -21,6 +21,7 @@ use polyreel::render::{Mesher, triangulate_start};
 use polyreel::sample::Sampler;
 use polyreel::sink::{self, Picture, SinkOptions};
 use polyreel::source::{self, SourceOptions};
+use polyreel::stream::{Span, StreamInfo};
 
 use crate::cli::InspectArgs;
 use crate::convergence::Convergence;

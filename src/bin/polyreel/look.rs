@@ -195,14 +195,14 @@ impl LookArgs {
 fn preset(name: &str) -> Result<Options> {
     let path = Path::new(name);
     if !name.ends_with(".toml") && !path.is_file() {
-        return Options::preset(name);
+        return Ok(Options::preset(name)?);
     }
     let wrong = |what: String| Error::input(path, what);
     let mut text = String::new();
     let file = File::open(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
     let read = file.take(MOST_BYTES).read_to_string(&mut text);
     read.map_err(|error| wrong(format!("is no preset: {error}")))?;
-    Options::from_toml(&text).map_err(|error| wrong(error.to_string()))
+    polyreel::preset::from_toml(&text).map_err(|error| wrong(error.to_string()))
 }
 
 /// What is read of a preset file: many times as much as all options take.

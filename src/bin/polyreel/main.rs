@@ -63,7 +63,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Interrupted) => 130,
         Err(error) => {
             complain(&error);
-            if matches!(error, Error::Usage(_)) { 2 } else { 1 }
+            if error.is_usage() { 2 } else { 1 }
         }
     })
 }

@@ -1,9 +1,9 @@
 //! What stands in for the window in a build without one.
 
 use polyreel::error::{Error, Result};
-use polyreel::frame::StreamInfo;
 use polyreel::pipeline::{Controls, Observer, Stop, Summary};
 use polyreel::sink::Sink;
+use polyreel::stream::StreamInfo;
 
 use crate::Outcome;
 use crate::cli::PreviewArgs;

@@ -10,7 +10,7 @@ use crate::{Outcome, print};
 /// Lists the presets, or prints the one called `name` as TOML.
 pub(crate) fn presets(name: Option<&str>) -> Result<Outcome> {
     if let Some(name) = name {
-        return print(Options::preset(name)?.to_toml()?.as_bytes());
+        return print(polyreel::preset::to_toml(&Options::preset(name)?)?.as_bytes());
     }
     let mut list = String::new();
     for preset in PRESETS {

@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use indicatif::HumanBytes;
 use polyreel::error::{Error, Result};
-use polyreel::frame::StreamInfo;
 use polyreel::options::{Options, Target};
 use polyreel::pipeline::{
     self, Controls, Ending, Guide, InputReport, OutputReport, Report, Script, Settings, Stop,
@@ -17,6 +16,7 @@ use polyreel::sink::ffmpeg::VideoOptions;
 use polyreel::sink::{self, SinkOptions};
 use polyreel::source::{self, Input, SourceOptions};
 use polyreel::stage::Stage;
+use polyreel::stream::StreamInfo;
 
 use crate::Outcome;
 use crate::cli::RenderArgs;

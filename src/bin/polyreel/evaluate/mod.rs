@@ -59,7 +59,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs) -> Result<Outcome> {
         work.bar.set_message(short_name(file));
         if let Err(error) = work.one(file) {
             // Options that no input can be read with are the user's error, not the file's.
-            if matches!(error, Error::Usage(_)) && files.len() == 1 {
+            if error.is_usage() && files.len() == 1 {
                 return Err(error);
             }
             let message = error.to_string();

@@ -6,10 +6,11 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use polyreel::error::Result;
-use polyreel::frame::{Frame, Span};
+use polyreel::frame::Frame;
 use polyreel::options::Options;
 use polyreel::pipeline::FrameReport;
 use polyreel::sink::{Origin, Picture, Sink};
+use polyreel::stream::Span;
 
 use super::playback::Deck;
 use super::recorder::Recorder;

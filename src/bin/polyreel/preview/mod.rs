@@ -25,12 +25,12 @@ use std::thread;
 use std::time::Duration;
 
 use polyreel::error::Result;
-use polyreel::frame::StreamInfo;
 use polyreel::geom::Size;
 use polyreel::options::Colour;
 use polyreel::pipeline::{self, Controls, FrameReport, Guide, Observer, Settings, Stop, Summary};
 use polyreel::sink::{Sink, SinkOptions};
 use polyreel::source::{self, SourceOptions};
+use polyreel::stream::StreamInfo;
 
 use crate::Outcome;
 use crate::budget::Budget;

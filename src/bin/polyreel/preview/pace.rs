@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use polyreel::frame::Span;
+use polyreel::stream::Span;
 
 /// How late a frame may be before time slips: after a stall, playback goes on from there instead of
 /// racing after what was missed.

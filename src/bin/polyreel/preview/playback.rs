@@ -9,8 +9,9 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use polyreel::error::{Error, Result};
-use polyreel::frame::{Rational, Span};
+use polyreel::frame::Rational;
 use polyreel::source::{Decoded, Source};
+use polyreel::stream::Span;
 
 use super::mailbox::Mailbox;
 use super::pace::Pace;

@@ -4,8 +4,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use polyreel::error::{Error, Result};
-use polyreel::frame::{Rational, Span, StreamInfo};
+use polyreel::frame::Rational;
 use polyreel::sink::{self, Picture, Sink, SinkOptions};
+use polyreel::stream::{Span, StreamInfo};
 
 use super::name::free;
 

@@ -168,9 +168,10 @@ pub(super) fn slid(x: f64, area: Area) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use polyreel::frame::{Frame, Rational, Span};
+    use polyreel::frame::{Frame, Rational};
     use polyreel::mesh::Mesh;
     use polyreel::sink::Origin;
+    use polyreel::stream::Span;
 
     const SIZE: Size = Size::new(64, 32);
     const GREEN: u32 = 0x00_c000;

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use polyreel::error::{Error, Result};
-use polyreel::frame::{Loops, StreamInfo};
 use polyreel::options::Colour;
 use polyreel::pipeline::{Controls, Stop};
 use polyreel::sample::Sampler;
 use polyreel::sink::{self, Picture, SinkOptions};
+use polyreel::stream::{Loops, StreamInfo};
 
 use crate::record;
 
@@ -319,7 +319,7 @@ impl Session {
     /// Writes the options as they are now to a file of its own.
     fn write_preset(&self) -> Result<String> {
         let name = free(&format!("{}-preset", self.stem), "toml");
-        let toml = self.controls.options().to_toml()?;
+        let toml = polyreel::preset::to_toml(&self.controls.options())?;
         record::put(Path::new(&name), toml.as_bytes(), false)?;
         Ok(format!("wrote {name}: use it with --preset {name}"))
     }

@@ -57,15 +57,13 @@ impl Diffusion {
     fn validate(&self) -> Result<()> {
         let Self { iterations, kappa, gamma } = *self;
         if iterations > 1000 {
-            return Err(Error::usage(format!("diffusion iterations are {iterations}; 0 to 1000")));
+            return Err(Error::out_of_range("diffusion-iterations", iterations, "0 to 1000"));
         }
         if !(kappa > 0.0 && kappa.is_finite()) {
-            return Err(Error::usage(format!("diffusion kappa is {kappa}; it must be above 0")));
+            return Err(Error::out_of_range("diffusion-kappa", kappa, "above 0"));
         }
         if !(gamma > 0.0 && gamma <= 0.25) {
-            return Err(Error::usage(format!(
-                "diffusion gamma is {gamma}; it can be above 0 and at most 0.25"
-            )));
+            return Err(Error::out_of_range("diffusion-gamma", gamma, "above 0 and at most 0.25"));
         }
         Ok(())
     }

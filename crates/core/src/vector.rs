@@ -6,6 +6,6 @@
 ///
 /// Whole numbers come out alike everywhere, and so do floating-point ones: no operations are fused.
 #[inline(always)]
-pub(crate) fn widest<T>(work: impl FnOnce() -> T) -> T {
+pub fn widest<T>(work: impl FnOnce() -> T) -> T {
     pulp::Arch::new().dispatch(work)
 }

@@ -114,10 +114,7 @@ where
 fn check<T: Copy>(a: &Plane<T>, b: &Plane<T>, window: usize) -> Result<()> {
     same_size(a.size(), b.size())?;
     if (a.size().width.min(a.size().height) as usize) < window {
-        return Err(Error::usage(format!(
-            "a picture of {} is smaller than the {window}x{window} window of SSIM",
-            a.size()
-        )));
+        return Err(Error::TooSmall { size: a.size(), window });
     }
     Ok(())
 }

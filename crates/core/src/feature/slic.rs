@@ -39,15 +39,17 @@ impl Slic {
     pub fn segment(&self, frame: &Frame) -> Result<Plane<u32>> {
         let Self { count, compactness, iterations } = *self;
         if count == 0 {
-            return Err(Error::usage("the number of superpixels is 0; it must be at least 1"));
+            return Err(Error::out_of_range("superpixels", count, "at least 1"));
         }
         if !(compactness > 0.0 && compactness <= 100.0) {
-            return Err(Error::usage(format!(
-                "slic compactness is {compactness}; it can be above 0 and at most 100"
-            )));
+            return Err(Error::out_of_range(
+                "slic-compactness",
+                compactness,
+                "above 0 and at most 100",
+            ));
         }
         if !(1..=100).contains(&iterations) {
-            return Err(Error::usage(format!("slic iterations are {iterations}; 1 to 100")));
+            return Err(Error::out_of_range("slic-iterations", iterations, "1 to 100"));
         }
         let lab = Lab::of(frame);
         let mut search = Search::new(frame.size(), &lab, self);

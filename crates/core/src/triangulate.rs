@@ -36,7 +36,7 @@ pub fn triangulate(size: Size, seeds: &[Point]) -> Result<Mesh> {
     let delaunay = DelaunayTriangulation::<Numbered>::bulk_load(numbered)
         .expect("coordinates are small whole numbers, which spade accepts");
     if delaunay.num_vertices() != vertices.len() {
-        return Err(Error::usage("two seeds lie in the same place"));
+        return Err(Error::DuplicateSeeds);
     }
     let mut triangles: Vec<[u32; 3]> = delaunay
         .inner_faces()

@@ -127,7 +127,8 @@ pub struct Layout {
 
 impl Layout {
     /// That of pictures of `size` as videos are usually made of: 4:2:0, chroma sited left, opaque.
-    pub(crate) const fn of_video(size: Size) -> Self {
+    #[doc(hidden)]
+    pub const fn of_video(size: Size) -> Self {
         Self { size, sampling: Sampling::Yuv420, siting: Siting::Left, alpha: false }
     }
 

@@ -39,7 +39,7 @@ impl std::str::FromStr for Colour {
             return Ok(Colour(*colour));
         }
         let wrong = || {
-            Error::usage(format!(
+            Error::options(format!(
                 "'{text}' is not a colour: write #rgb, #rrggbb, #rrggbbaa or a name such as white"
             ))
         };

@@ -33,11 +33,7 @@ pub type Flow = Plane<[f32; 2]>;
 /// When the pictures differ in size.
 pub fn flow(from: &Plane<u8>, to: &Plane<u8>) -> Result<Flow> {
     if from.size() != to.size() {
-        return Err(Error::usage(format!(
-            "flow is between pictures of one size; these have {} and {}",
-            from.size(),
-            to.size()
-        )));
+        return Err(Error::SizeMismatch(from.size(), to.size()));
     }
     if from.size().pixels() == 0 {
         return Ok(Plane::filled(from.size(), [0.0; 2]));

@@ -41,7 +41,7 @@ impl std::str::FromStr for Points {
     type Err = Error;
     fn from_str(text: &str) -> Result<Self> {
         let wrong = || {
-            Error::usage(format!(
+            Error::options(format!(
                 "'{text}' is not a number of points: write a count (2000), a share (0.8%) or auto"
             ))
         };

@@ -122,12 +122,12 @@ pub(super) fn fewest(
             break;
         }
         if high == most {
-            return Err(Error::usage(format!(
-                "{} cannot be reached: {most} points, one for {PIXELS_A_POINT} pixels, come to {}; \
-                 lower --error",
-                target.told(target.value()),
-                target.told(likeness)
-            )));
+            return Err(Error::Unreachable {
+                target: target.told(target.value()),
+                most: most as usize,
+                pixels_a_point: PIXELS_A_POINT,
+                likeness: target.told(likeness),
+            });
         }
         (low, high) = (high, high.saturating_mul(2).min(most));
     }

@@ -93,8 +93,8 @@ impl Frame {
         check_size(layout.size)?;
         if !layout.is_squared() || bytes != layout.bytes() {
             let wanted = "4:2:0 of even sides without alpha";
-            let what = format!("a frame of planes is {wanted}, not {layout:?} in {bytes} bytes");
-            return Err(Error::usage(what));
+            let what = format!("of planes is {wanted}, not {layout:?} in {bytes} bytes");
+            return Err(Error::FrameSize { size: layout.size, what });
         }
         let pixels = Pixels { made: OnceLock::new(), room: Mutex::new(room) };
         Ok(Self { size: layout.size, opaque: true, planes: Some(planes), pixels })

@@ -14,7 +14,7 @@ fn same_size(a: Size, b: Size) -> Result<()> {
     if a == b {
         return Ok(());
     }
-    Err(Error::usage(format!("a picture of {a} cannot be compared with one of {b}")))
+    Err(Error::SizeMismatch(a, b))
 }
 
 const WHITE: Rgba = [255; 4];

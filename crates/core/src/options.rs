@@ -13,7 +13,8 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 pub use cells::{CellPercentiles, Thresholds};
 pub use colour::Colour;
-pub(crate) use detail::EIGHTHS;
+#[doc(hidden)]
+pub use detail::EIGHTHS;
 pub use detail::{Detail, Look, Steps};
 pub use names::{Edges, FrontEnd, Method, Quality};
 pub use points::Points;
@@ -173,12 +174,12 @@ impl Options {
         match self.points {
             Points::Count(0) => return Err(out_of_range("points", 0, "at least 1")),
             Points::Auto if self.error.is_none() => {
-                return Err(Error::usage(
+                return Err(Error::options(
                     "points can only be auto beside an error to reach, such as psnr:30 or ssim:0.8",
                 ));
             }
             Points::Auto if self.hex_density.is_some() => {
-                return Err(Error::usage("points cannot be auto where hex-density is given"));
+                return Err(Error::options("points cannot be auto where hex-density is given"));
             }
             Points::Share(s) if !(s > 0.0 && s <= 1.0) => {
                 return Err(out_of_range("points", self.points, "above 0% and at most 100%"));
@@ -264,7 +265,7 @@ fn check_range(name: &str, value: u32, least: u32, most: u32) -> Result<()> {
 }
 
 fn out_of_range(name: &str, value: impl std::fmt::Display, range: impl std::fmt::Display) -> Error {
-    Error::usage(format!("{name} is {value}; it can be {range}"))
+    Error::out_of_range(name, value, range)
 }
 
 #[cfg(test)]

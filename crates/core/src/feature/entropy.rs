@@ -30,9 +30,7 @@ const BAND: usize = 16;
 /// When `radius` is not 1..=32.
 pub fn entropy(luma: &Plane<u8>, radius: u32) -> Result<Plane<f32>> {
     if !(1..=MAX_RADIUS).contains(&radius) {
-        return Err(Error::usage(format!(
-            "the radius of the entropy's disk is {radius}; it can be 1 to {MAX_RADIUS}"
-        )));
+        return Err(Error::out_of_range("entropy-radius", radius, format!("1 to {MAX_RADIUS}")));
     }
     let disk = Disk::new(radius);
     let tables = Tables::new(disk.area());

@@ -49,14 +49,12 @@ impl Frame {
     ///
     /// # Errors
     /// As [`Frame::new`].
-    pub(crate) fn known(size: Size, pixels: Vec<Rgba>, opaque: bool) -> Result<Self> {
+    #[doc(hidden)]
+    pub fn known(size: Size, pixels: Vec<Rgba>, opaque: bool) -> Result<Self> {
         check_size(size)?;
         if pixels.len() != size.pixels() {
-            return Err(Error::usage(format!(
-                "a frame of {size} has {} pixels, not {}",
-                size.pixels(),
-                pixels.len()
-            )));
+            let what = format!("has {} pixels, not {}", size.pixels(), pixels.len());
+            return Err(Error::FrameSize { size, what });
         }
         debug_assert!(!opaque || pixels.iter().all(|pixel| pixel[3] == 255), "opaque pixels");
         // All of a piece at once, not pixel by pixel up to the first: that is ten times as quick.
@@ -131,12 +129,11 @@ impl Frame {
 /// When a side is 0 or above [`MAX_SIDE`].
 pub fn check_size(size: Size) -> Result<()> {
     if size.width == 0 || size.height == 0 {
-        return Err(Error::usage(format!("a frame of {size} has no pixels")));
+        return Err(Error::FrameSize { size, what: "has no pixels".into() });
     }
     if size.width > MAX_SIDE || size.height > MAX_SIDE {
-        return Err(Error::usage(format!(
-            "a frame of {size} is larger than {MAX_SIDE} pixels a side"
-        )));
+        let what = format!("is larger than {MAX_SIDE} pixels a side");
+        return Err(Error::FrameSize { size, what });
     }
     Ok(())
 }
@@ -257,66 +254,6 @@ impl std::fmt::Display for Rational {
     }
 }
 
-/// How often an animation plays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Loops {
-    /// Once (also for what is no animation).
-    #[default]
-    Once,
-    /// This many times in all, at least twice.
-    Times(u32),
-    /// Without end.
-    Forever,
-}
-
-/// What is known of a stream before its frames are read.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct StreamInfo {
-    /// Format as recognised by content: `png`, `gif`, `apng`, `webp`, `y4m`, `h264 in mov` ...
-    pub format: String,
-    /// Size of every frame, after rotation and pixel aspect are applied.
-    pub size: Size,
-    /// Number of frames, where the container tells it or counting is cheap.
-    pub frames: Option<u64>,
-    /// Frames per second, where it is constant or the container tells a nominal one.
-    pub rate: Option<Rational>,
-    /// Length in seconds.
-    pub duration: Option<Rational>,
-    /// Whether pixels may be transparent.
-    pub alpha: bool,
-    /// Whether this is one picture, not a sequence of frames.
-    pub still: bool,
-    /// How often it plays.
-    pub loops: Loops,
-    /// The sound, in words (`aac 44100 Hz 2 ch`).
-    pub audio: Option<String>,
-    /// Whether frames arrive by their own clock (camera, stream) and may be dropped at admission.
-    pub live: bool,
-    /// Colour tags of a video.
-    pub colour: Option<Colorimetry>,
-}
-
-#[cfg(test)]
-impl StreamInfo {
-    /// A film of `size` of which nothing else is known.
-    pub(crate) fn of(size: Size) -> Self {
-        Self {
-            format: String::new(),
-            size,
-            frames: None,
-            rate: None,
-            duration: None,
-            alpha: false,
-            still: false,
-            loops: Loops::Once,
-            audio: None,
-            live: false,
-            colour: None,
-        }
-    }
-}
-
 /// A colour of a picture and the number of pixels that it covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fill {
@@ -324,15 +261,6 @@ pub struct Fill {
     pub colour: Rgba,
     /// Pixels that have it.
     pub area: u32,
-}
-
-/// When a frame is shown, in seconds from the start of the stream.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Span {
-    /// First moment.
-    pub start: Rational,
-    /// How long, where it is known.
-    pub length: Option<Rational>,
 }
 
 #[cfg(test)]

@@ -30,7 +30,8 @@ pub struct Steps {
 }
 
 /// Parts of a step.
-pub(crate) const EIGHTHS: u32 = 8;
+#[doc(hidden)]
+pub const EIGHTHS: u32 = 8;
 
 impl Steps {
     /// So many whole steps.
@@ -124,9 +125,7 @@ impl Detail {
         ];
         for (name, value, least, most) in ranges {
             if !(least..=most).contains(&value) {
-                return Err(Error::usage(format!(
-                    "{name} is {value}; it can be {least} to {most}"
-                )));
+                return Err(Error::out_of_range(name, value, format!("{least} to {most}")));
             }
         }
         Ok(())

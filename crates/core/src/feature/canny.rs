@@ -45,14 +45,16 @@ impl Canny {
     pub fn edges(&self, luma: &Plane<u8>) -> Result<Mask> {
         let Self { sigma, thresholds } = *self;
         if !(0.1..=16.0).contains(&sigma) {
-            return Err(Error::usage(format!("canny sigma is {sigma}; it can be 0.1 to 16")));
+            return Err(Error::out_of_range("canny-sigma", sigma, "0.1 to 16"));
         }
         if let Some((low, high)) = thresholds
             && !(0.0 <= low && low <= high && high.is_finite())
         {
-            return Err(Error::usage(format!(
-                "canny thresholds are {low} and {high}; they must be low then high, from 0"
-            )));
+            return Err(Error::out_of_range(
+                "canny-thresholds",
+                format!("{low} and {high}"),
+                "low then high, from 0",
+            ));
         }
         let size = luma.size();
         if size.pixels() == 0 {

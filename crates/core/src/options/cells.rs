@@ -23,7 +23,7 @@ impl std::str::FromStr for Thresholds {
             text.split(',').map(|part| part.trim().parse()).collect();
         match parts.as_deref() {
             Ok(&[high, medium, low]) => Ok(Self { high, medium, low }),
-            _ => Err(Error::usage(format!(
+            _ => Err(Error::options(format!(
                 "'{text}' are not three thresholds: write high,medium,low, for instance 0.1,0.05,0.02"
             ))),
         }
@@ -60,7 +60,7 @@ impl std::str::FromStr for CellPercentiles {
             text.split(',').map(|part| part.trim().parse()).collect();
         match parts.as_deref() {
             Ok(&[high, medium]) => Ok(Self { high, medium }),
-            _ => Err(Error::usage(format!(
+            _ => Err(Error::options(format!(
                 "'{text}' are not two percentiles: write high,medium, for instance 75,25"
             ))),
         }

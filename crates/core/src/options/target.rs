@@ -51,7 +51,7 @@ impl std::str::FromStr for Target {
             None => lower.strip_suffix("db").and_then(number).map(Target::Psnr),
         };
         parsed.ok_or_else(|| {
-            Error::usage(format!("'{text}' is not a target: write psnr:30 (or 30dB) or ssim:0.8"))
+            Error::options(format!("'{text}' is not a target: write psnr:30 (or 30dB) or ssim:0.8"))
         })
     }
 }
