@@ -30,7 +30,7 @@
 //! Layers, lowest first; a module uses only what stands above it: [`geom`], [`stage`], [`error`],
 //! [`colour`], [`frame`], [`chance`]; [`options`], [`mesh`], [`hex`], [`echo`], [`scan`], [`draw`],
 //! [`plane`], [`flow`], [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`], [`governor`];
-//! [`metric`], [`render`], [`source`], [`sink`], [`evaluate`]; [`pipeline`].
+//! [`metric`], [`render`], [`ffmpeg`], [`source`], [`sink`], [`evaluate`]; [`pipeline`].
 
 pub use polyreel_core::{
     chance, colour, draw, echo, feature, flow, frame, geom, governor, hex, mesh, metric, options,
@@ -39,6 +39,7 @@ pub use polyreel_core::{
 
 pub mod error;
 pub mod evaluate;
+pub mod ffmpeg;
 pub mod pattern;
 pub mod pipeline;
 pub mod preset;

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::source::child::arguments;
+use crate::ffmpeg::command::arguments;
 
 /// A container that we write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

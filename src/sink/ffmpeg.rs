@@ -10,18 +10,20 @@ use std::process::ChildStdin;
 
 use crate::colour::{Coding, Form, Layout};
 use crate::error::{Error, Result};
+use crate::ffmpeg::Pipe;
+use crate::ffmpeg::child::Child;
+use crate::ffmpeg::command::{self, arguments};
+use crate::ffmpeg::nut::NutWriter;
+use crate::ffmpeg::probe::probe_lead;
 use crate::frame::{Colorimetry, Memory, Rational, Rgba, check_size};
 use crate::geom::Size;
 use crate::sink::codec::{Container, Encoder};
-use crate::sink::nut::NutWriter;
 use crate::sink::place::Place;
 use crate::sink::planes::fill_planes;
 use crate::sink::remux::{Beside, Finished, Last, bare, placing, remux};
 use crate::sink::sound::{self, Streams};
 use crate::sink::tags::{tag_arguments, tags};
 use crate::sink::{Picture, Sink, SinkOptions};
-use crate::source::child::{self, Child, Pipe, arguments};
-use crate::source::probe::probe_lead;
 
 pub use crate::sink::spec::{VideoOptions, VideoSpec};
 
@@ -121,9 +123,9 @@ impl VideoSink {
         }
         let along = along.is_some();
         args.extend(placing(container, time_base, streams.is_none() || along));
-        args.push(child::address(place.path()));
+        args.push(command::address(place.path()));
         let fail = |what: String| Error::output(path, what);
-        let mut child = Child::spawn(&child::ffmpeg_program(ffmpeg), &args).map_err(fail)?;
+        let mut child = Child::spawn(&command::ffmpeg_program(ffmpeg), &args).map_err(fail)?;
         if options.gives_way {
             // When the stages before it have to wait for their turn it runs dry, and then a core has
             // nothing to do.

@@ -4,7 +4,6 @@ pub mod codec;
 pub mod ffmpeg;
 mod gif;
 mod null;
-pub mod nut;
 mod palette;
 pub mod place;
 mod planes;

@@ -8,10 +8,11 @@
 use std::ffi::OsString;
 use std::path::Path;
 
+use crate::ffmpeg::child::Child;
+use crate::ffmpeg::command::{self, arguments};
 use crate::frame::Rational;
 use crate::sink::codec::Container;
 use crate::sink::sound::Streams;
-use crate::source::child::{self, Child, arguments};
 
 /// The finished picture.
 pub(crate) struct Finished<'a> {
@@ -62,7 +63,7 @@ pub(crate) fn remux(
     let mut args = arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning", &"-y"]);
     // ffmpeg moves the first stream of every input to 0; this moves the picture back.
     args.extend(arguments([&"-itsoffset", &seconds(picture.first - picture.lead), &"-i"]));
-    args.push(child::address(picture.path));
+    args.push(command::address(picture.path));
     if let Some(sound) = sound {
         args.extend(sound.streams.input(sound.end));
     }
@@ -76,9 +77,9 @@ pub(crate) fn remux(
     }
     args.extend(bare(container));
     args.extend(placing(container, picture.time_base, true));
-    args.push(child::address(to));
-    let mut ffmpeg = Child::spawn(&child::ffmpeg_program(ffmpeg), &args)?;
-    if sound.is_some_and(|sound| child::is_url(&sound.streams.source().path)) {
+    args.push(command::address(to));
+    let mut ffmpeg = Child::spawn(&command::ffmpeg_program(ffmpeg), &args)?;
+    if sound.is_some_and(|sound| command::is_url(&sound.streams.source().path)) {
         ffmpeg.be_patient();
     }
     let status = ffmpeg.wait().map_err(|error| error.to_string())?;

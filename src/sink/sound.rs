@@ -4,11 +4,11 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
 use crate::error::Result;
+use crate::ffmpeg::command::{address, arguments, is_url};
+use crate::ffmpeg::probe::{SoundTracks, probe_sound};
 use crate::frame::Rational;
 use crate::sink::codec::Container;
 use crate::sink::remux::seconds;
-use crate::source::child::{address, arguments, is_url};
-use crate::source::probe::{SoundTracks, probe_sound};
 
 pub use crate::source::Sound;
 

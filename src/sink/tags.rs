@@ -2,8 +2,8 @@
 
 use std::ffi::OsString;
 
+use crate::ffmpeg::command::arguments;
 use crate::frame::Colorimetry;
-use crate::source::child::arguments;
 
 /// The tags of the output: those of the source, or BT.709 for what was RGB.
 pub(crate) fn tags(source: Option<&Colorimetry>) -> Colorimetry {

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::source::watch;
+use crate::ffmpeg::watch;
 
 /// What is unfinished, and how it is removed. A folder sorts before what it holds.
 static BEGUN: Mutex<BTreeMap<PathBuf, Kind>> = Mutex::new(BTreeMap::new());

@@ -8,11 +8,13 @@ use std::io::BufReader;
 use std::path::Path;
 use std::process::ChildStdout;
 
+use crate::ffmpeg::Pipe;
+use crate::ffmpeg::child::Child;
+use crate::ffmpeg::command;
+use crate::ffmpeg::nut::NutReader;
 use crate::frame::Rational;
 use crate::geom::Size;
-use crate::source::child::{self, Child, Pipe};
-use crate::source::command;
-use crate::source::nut::NutReader;
+use crate::source::decode;
 
 /// What comes out of ffmpeg.
 pub(crate) type Frames = NutReader<BufReader<Pipe<ChildStdout>>>;
@@ -33,8 +35,8 @@ impl Early {
         if !VIDEOS.contains(&ending.as_str()) {
             return None;
         }
-        let program = child::ffmpeg_program(ffmpeg);
-        Child::spawn(&program, &command::first_track(path)).ok().map(Self)
+        let program = command::ffmpeg_program(ffmpeg);
+        Child::spawn(&program, &decode::first_track(path)).ok().map(Self)
     }
 
     /// The decoder and its frames, if they turn out to be of `size`, of `bytes` bytes each, with times

@@ -12,18 +12,20 @@ use std::sync::Arc;
 
 use crate::colour::{Form, Planes, to_rgba};
 use crate::error::{Error, Result};
+use crate::ffmpeg::Pipe;
+use crate::ffmpeg::child::Child;
+use crate::ffmpeg::command;
+use crate::ffmpeg::nut::NutReader;
+use crate::ffmpeg::probe::{Pixels, Probed, probe};
 use crate::frame::{Frame, Memory, Rational};
-use crate::source::child::{self, Child, Pipe};
-use crate::source::command;
+use crate::source::decode;
 use crate::source::early::{BUFFER, Early, Frames};
-use crate::source::nut::NutReader;
-use crate::source::probe::{self, Pixels, Probed, probe};
 use crate::source::{Decoded, Input, Sound, Source, SourceOptions};
 use crate::stream::{Span, StreamInfo};
 
 /// Whether `path` is for ffmpeg to open: a URL, or a camera.
 pub(crate) fn is_address(path: &Path) -> bool {
-    child::is_url(path) || probe::is_camera(path)
+    command::is_url(path) || command::is_camera(path)
 }
 
 /// Opens the video `path` as [`Video::open`] does.
@@ -111,8 +113,8 @@ impl Video {
     /// The same, from so many `seconds` after the first stream's beginning on.
     fn start_at(&self, seconds: i64) -> Result<VideoSource, String> {
         let Probed { info, track, .. } = &self.probed;
-        let program = child::ffmpeg_program(self.ffmpeg.as_deref());
-        let mut child = Child::spawn(&program, &command::track(&self.path, info, track, seconds))?;
+        let program = command::ffmpeg_program(self.ffmpeg.as_deref());
+        let mut child = Child::spawn(&program, &decode::track(&self.path, info, track, seconds))?;
         if is_address(&self.path) {
             child.be_patient();
             child.may_hang_up();

@@ -2,24 +2,18 @@
 
 mod animation;
 mod apng;
-pub(crate) mod child;
-mod command;
+mod decode;
 pub(crate) mod detect;
 mod early;
 mod expand;
 pub mod ffmpeg;
 mod gif;
 mod jpeg;
-pub mod nut;
-mod pipe;
-pub mod probe;
 mod rehearse;
 mod resize;
 mod sequence;
 mod still;
-mod told;
 mod trim;
-pub(crate) mod watch;
 mod webp;
 pub mod y4m;
 
@@ -32,10 +26,10 @@ use crate::error::{Error, Result};
 use crate::frame::{Frame, Rational};
 use crate::stream::{Span, StreamInfo};
 
-pub use watch::hang_up;
+pub use crate::ffmpeg::hang_up;
 
+use crate::ffmpeg::probe::SoundTracks;
 use detect::Kind;
-use probe::SoundTracks;
 use rehearse::Rehearsed;
 use resize::Resize;
 use trim::{Part, Trim};

@@ -1,13 +1,13 @@
 //! Writes raw video as a NUT stream, the container in which we hand frames with exact times to ffmpeg.
 //!
-//! The reader's side, `source/nut.rs`, names the specification. Every frame stands alone: a syncpoint
+//! Every frame stands alone: a syncpoint
 //! before it, its whole time and its size in its header, and a checksum over that.
 
 use std::io::{self, Write};
 
+use super::packet::{ID, INFO, MAIN, STREAM, SYNCPOINT, crc, flag};
 use crate::frame::Rational;
 use crate::geom::Size;
-use crate::source::nut::{self, flag};
 
 /// Bits of a time that may be left out; we never do, but a whole time is written as itself plus 2^bits.
 const SHIFT: u32 = 14;
@@ -41,7 +41,7 @@ fn packet(out: &mut Vec<u8>, code: u64, contents: &[u8]) {
     out.extend(code.to_be_bytes());
     number(out, contents.len() as u64 + 4);
     out.extend_from_slice(contents);
-    out.extend(nut::crc(contents).to_be_bytes());
+    out.extend(crc(contents).to_be_bytes());
 }
 
 fn main_header(time_base: Rational) -> Vec<u8> {
@@ -101,11 +101,11 @@ impl<W: Write> NutWriter<W> {
         time_base: Rational,
         rate: Option<Rational>,
     ) -> io::Result<Self> {
-        let mut out = nut::ID.to_vec();
-        packet(&mut out, nut::MAIN, &main_header(time_base));
-        packet(&mut out, nut::STREAM, &stream_header(size, fourcc));
+        let mut out = ID.to_vec();
+        packet(&mut out, MAIN, &main_header(time_base));
+        packet(&mut out, STREAM, &stream_header(size, fourcc));
         if let Some(rate) = rate {
-            packet(&mut out, nut::INFO, &rate_info(rate));
+            packet(&mut out, INFO, &rate_info(rate));
         }
         output.write_all(&out)?;
         Ok(Self { output })
@@ -120,12 +120,12 @@ impl<W: Write> NutWriter<W> {
         number(&mut sync, pts);
         number(&mut sync, 0);
         let mut out = Vec::new();
-        packet(&mut out, nut::SYNCPOINT, &sync);
+        packet(&mut out, SYNCPOINT, &sync);
         let start = out.len();
         out.push(CODE);
         number(&mut out, pts + (1 << SHIFT));
         number(&mut out, data.len() as u64);
-        let checksum = nut::crc(&out[start..]);
+        let checksum = crc(&out[start..]);
         out.extend(checksum.to_be_bytes());
         self.output.write_all(&out)?;
         self.output.write_all(data)?;
@@ -136,7 +136,7 @@ impl<W: Write> NutWriter<W> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::source::nut::NutReader;
+    use crate::ffmpeg::nut::NutReader;
 
     const SIZE: Size = Size::new(3, 2);
 

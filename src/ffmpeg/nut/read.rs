@@ -1,18 +1,16 @@
 //! Reads raw video out of a NUT stream, the container in which ffmpeg hands us frames with exact times.
 //!
-//! Follows the specification (<https://ffmpeg.org/~michael/nut.txt>, versions 3 and 4) for one stream
-//! that is read from front to back: no index, no seeking, no resynchronisation. A damaged stream is
-//! an error, as it comes through a pipe and cannot be damaged but by its end.
-
-mod packet;
+//! A damaged stream is an error, as it comes through a pipe and cannot be damaged but by its end.
 
 use std::io::{self, Read};
 
 use crate::frame::Rational;
 use crate::geom::Size;
 
-pub(crate) use packet::{ID, INFO, MAIN, STREAM, SYNCPOINT, crc, flag};
-use packet::{LONG, Main, Numbers, Stream, broken, read_main, read_packet, read_stream};
+use super::packet::{
+    ID, LONG, MAIN, Main, Numbers, STREAM, SYNCPOINT, Stream, broken, flag, read_main, read_packet,
+    read_stream,
+};
 
 /// A NUT stream with one raw video in it.
 pub struct NutReader<R> {

@@ -4,8 +4,8 @@ use std::ffi::OsString;
 use std::path::Path;
 
 use crate::colour::{Coding, Range};
-use crate::source::child;
-use crate::source::probe::{self, Pixels, Track};
+use crate::ffmpeg::command;
+use crate::ffmpeg::probe::{Pixels, Track};
 use crate::stream::StreamInfo;
 
 /// How ffmpeg scales: what loses least.
@@ -24,7 +24,7 @@ pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track, seconds: i64)
         "scale={}:{}:flags={SCALING}:sws_dither=none{range},setsar=1,format={}",
         size.width, size.height, track.format
     );
-    let shape = child::arguments([&"-vf", &filter]);
+    let shape = command::arguments([&"-vf", &filter]);
     let units = format!("{}:{}", track.time_base.num, track.time_base.den);
     decode(path, seconds, track.decoder, &format!("0:{}", track.index), shape, &units)
 }
@@ -32,7 +32,7 @@ pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track, seconds: i64)
 /// The first video track of `path` as it is, of which nothing is known yet. Frames of another size than
 /// the first are scaled to it.
 pub(crate) fn first_track(path: &Path) -> Vec<OsString> {
-    let shape = child::arguments([&"-sws_flags", &SCALING, &"-sws_dither", &"none"]);
+    let shape = command::arguments([&"-sws_flags", &SCALING, &"-sws_dither", &"none"]);
     // -1: the track's own units, whatever they are.
     decode(path, 0, None, "0:V:0", shape, "-1")
 }
@@ -47,21 +47,22 @@ fn decode(
     shape: Vec<OsString>,
     units: &str,
 ) -> Vec<OsString> {
-    let mut args = child::arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning"]);
+    let mut args =
+        command::arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning"]);
     // A packet that was cut short would only give a spoilt frame.
-    args.extend(child::arguments([&"-fflags", &"+discardcorrupt", &"-copyts"]));
+    args.extend(command::arguments([&"-fflags", &"+discardcorrupt", &"-copyts"]));
     if let Some(decoder) = decoder {
-        args.extend(child::arguments([&"-c:v", &decoder]));
+        args.extend(command::arguments([&"-c:v", &decoder]));
     }
     if seconds > 0 {
-        args.extend(child::arguments([&"-ss", &seconds.to_string()]));
+        args.extend(command::arguments([&"-ss", &seconds.to_string()]));
     }
-    args.extend(probe::input_format(path));
-    args.extend([OsString::from("-i"), child::address(path)]);
-    args.extend(child::arguments([&"-map", &map, &"-an", &"-sn", &"-dn"]));
+    args.extend(command::input_format(path));
+    args.extend([OsString::from("-i"), command::address(path)]);
+    args.extend(command::arguments([&"-map", &map, &"-an", &"-sn", &"-dn"]));
     args.extend(shape);
     // Times as they are, in the container's own units.
-    args.extend(child::arguments([&"-vsync", &"passthrough", &"-enc_time_base", &units]));
-    args.extend(child::arguments([&"-c:v", &"rawvideo", &"-f", &"nut", &"pipe:1"]));
+    args.extend(command::arguments([&"-vsync", &"passthrough", &"-enc_time_base", &units]));
+    args.extend(command::arguments([&"-c:v", &"rawvideo", &"-f", &"nut", &"pipe:1"]));
     args
 }

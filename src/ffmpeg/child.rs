@@ -5,9 +5,9 @@
 //! second thread watches the moments in which we wait for the child, and ends one that hangs.
 
 use std::collections::VecDeque;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -16,8 +16,8 @@ use std::time::Duration;
 
 use ffmpeg_sidecar::command::FfmpegCommand;
 
-pub(crate) use crate::source::pipe::Pipe;
-use crate::source::watch::{LONG_PATIENCE, TICK, Watch, kill, lock, running};
+use crate::ffmpeg::pipe::Pipe;
+use crate::ffmpeg::watch::{LONG_PATIENCE, TICK, Watch, kill, lock, running};
 
 /// Lines of standard error that are kept, and their length in bytes.
 const TAIL: usize = 20;
@@ -45,45 +45,6 @@ pub(crate) struct Child {
     watch: Arc<Watch>,
     words: Arc<(Mutex<Words>, Condvar)>,
     status: Option<ExitStatus>,
-}
-
-/// The program to run as ffmpeg.
-pub(crate) fn ffmpeg_program(ffmpeg: Option<&Path>) -> PathBuf {
-    ffmpeg.unwrap_or(Path::new("ffmpeg")).to_path_buf()
-}
-
-/// ffprobe: beside the given ffmpeg if there is one, else the one on the search path.
-pub(crate) fn ffprobe_program(ffmpeg: Option<&Path>) -> PathBuf {
-    let beside = ffmpeg.and_then(|ffmpeg| {
-        let name = ffmpeg.file_name()?.to_str()?;
-        let name = if name.contains("ffmpeg") {
-            name.replace("ffmpeg", "ffprobe")
-        } else {
-            "ffprobe".into()
-        };
-        Some(ffmpeg.with_file_name(name))
-    });
-    beside.filter(|path| path.is_file()).unwrap_or_else(|| PathBuf::from("ffprobe"))
-}
-
-/// A local file or a URL as ffmpeg is to be given it: files with their protocol, so that neither a
-/// leading dash nor a colon in a name means anything.
-pub(crate) fn address(path: &Path) -> OsString {
-    if is_url(path) || path.starts_with("/dev") {
-        return path.into();
-    }
-    let mut name = OsString::from("file:");
-    name.push(path);
-    name
-}
-
-/// Whether `path` is the address of a stream rather than of a file.
-pub(crate) fn is_url(path: &Path) -> bool {
-    path.to_str().is_some_and(|text| {
-        text.split_once("://").is_some_and(|(scheme, _)| {
-            !scheme.is_empty() && scheme.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'+')
-        })
-    })
 }
 
 impl Child {
@@ -142,7 +103,7 @@ impl Child {
         }
     }
 
-    /// Makes it one of those that [`hang_up`](crate::source::hang_up) ends.
+    /// Makes it one of those that [`hang_up`](crate::ffmpeg::hang_up) ends.
     pub(crate) fn may_hang_up(&self) {
         running().entry(self.watch.pid).and_modify(|endless| *endless = true);
     }
@@ -358,11 +319,6 @@ fn plain(line: &str) -> String {
     if context.is_empty() { rest.into() } else { format!("{context}: {rest}") }
 }
 
-/// A command line in parts of any kind of text.
-pub(crate) fn arguments<const N: usize>(parts: [&dyn AsRef<OsStr>; N]) -> Vec<OsString> {
-    parts.iter().map(|part| OsStr::to_os_string((*part).as_ref())).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -384,13 +340,6 @@ mod tests {
         }
         assert_eq!((words.tail.len(), words.errors.len()), (TAIL, TAIL));
         assert_eq!(words.errors.back().map(String::as_str), Some("x: 999"));
-    }
-
-    #[test]
-    fn files_are_told_from_addresses() {
-        assert_eq!(address(Path::new("-a:b.mp4")), "file:-a:b.mp4");
-        assert_eq!(address(Path::new("rtsp://host/x")), "rtsp://host/x");
-        assert!(!is_url(Path::new("a/b://c")) && !is_url(Path::new("C:\\x")));
     }
 
     #[test]

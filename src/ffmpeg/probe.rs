@@ -8,10 +8,13 @@ use serde_json::Value;
 
 use crate::colour::{Coding, Layout, Sampling, Siting};
 use crate::error::{Error, Result};
+use crate::ffmpeg::child::Child;
+use crate::ffmpeg::command::{
+    address, arguments, ffprobe_program, input_format, is_camera, is_url,
+};
+use crate::ffmpeg::fields::{clock, decimal, fraction, text};
 use crate::frame::{Colorimetry, Rational, check_size};
 use crate::geom::Size;
-use crate::source::child::{self, Child};
-use crate::source::told::{clock, decimal, fraction, text};
 use crate::stream::{Loops, StreamInfo};
 
 /// More than this ffprobe has not to say.
@@ -89,12 +92,12 @@ pub(crate) struct Probed {
 /// Asks ffprobe about `path`.
 fn ask(path: &Path, ffmpeg: Option<&Path>) -> Result<Value> {
     let fail = |what: String| Error::input(path, what);
-    let mut args = child::arguments([&"-v", &"level+error", &"-of", &"json"]);
-    args.extend(child::arguments([&"-show_entries", &ENTRIES]));
+    let mut args = arguments([&"-v", &"level+error", &"-of", &"json"]);
+    args.extend(arguments([&"-show_entries", &ENTRIES]));
     args.extend(input_format(path));
-    args.extend([OsString::from("-i"), child::address(path)]);
-    let mut probe = Child::spawn(&child::ffprobe_program(ffmpeg), &args).map_err(fail)?;
-    if child::is_url(path) || is_camera(path) {
+    args.extend([OsString::from("-i"), address(path)]);
+    let mut probe = Child::spawn(&ffprobe_program(ffmpeg), &args).map_err(fail)?;
+    if is_url(path) || is_camera(path) {
         probe.be_patient();
     }
     let mut answer = String::new();
@@ -109,15 +112,6 @@ fn ask(path: &Path, ffmpeg: Option<&Path>) -> Result<Value> {
         return Err(fail(format!("ffmpeg cannot read it: {}", probe.last_words())));
     }
     serde_json::from_str(&answer).map_err(|error| fail(format!("ffprobe's answer: {error}")))
-}
-
-/// Options that say what kind of input `path` is, where ffmpeg cannot know.
-pub(crate) fn input_format(path: &Path) -> Vec<OsString> {
-    if is_camera(path) { child::arguments([&"-f", &"v4l2"]) } else { Vec::new() }
-}
-
-pub(crate) fn is_camera(path: &Path) -> bool {
-    path.to_str().is_some_and(|text| text.starts_with("/dev/video"))
 }
 
 /// Probes the first video stream of `path` that is not a cover picture.
@@ -343,7 +337,7 @@ fn promised_end(answer: &Value, stream: &Value, time_base: Rational) -> Option<R
 
 /// Cameras and streams without an end.
 fn is_live(path: &Path, answer: &Value) -> bool {
-    is_camera(path) || child::is_url(path) && text(&answer["format"], "duration").is_none()
+    is_camera(path) || is_url(path) && text(&answer["format"], "duration").is_none()
 }
 
 #[cfg(test)]
