@@ -1,5 +1,5 @@
 //! Bytes and allocations for each frame of a video that runs already, stage by stage:
-//! `cargo bench --bench allocations`. Memory that is asked for again and again costs page faults, and
+//! `cargo bench -p polyreel-bench --bench allocations`. Memory that is asked for again and again costs page faults, and
 //! nobody sees it in a profile of functions.
 
 // The one place where a program may say how memory is had is a trait whose functions are unsafe.

@@ -1,5 +1,5 @@
 //! What each stage costs, in CPU milliseconds for a frame on one thread, as tables in Markdown for
-//! `benches/README.md`: `cargo bench --bench costs`.
+//! `benches/README.md`: `cargo bench -p polyreel-bench --bench costs`.
 
 mod chain;
 mod film;

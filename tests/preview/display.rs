@@ -1,7 +1,6 @@
 //! An X display: windows found, looked at, pressed and resized.
 
 use std::io::Write as _;
-use std::time::{Duration, Instant};
 
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{
@@ -11,23 +10,10 @@ use x11rb::protocol::xproto::{
 use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
 
-/// How long anything may take before a test gives up. Nothing depends on how long it does take.
-const PATIENCE: Duration = Duration::from_secs(60);
+use crate::wait::until;
 
 /// The largest window of the tests.
 pub(crate) const ROOM: (u16, u16) = (1024, 768);
-
-/// Tries `look` until it finds something.
-pub(crate) fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
-    let began = Instant::now();
-    loop {
-        if let Some(found) = look() {
-            return found;
-        }
-        assert!(began.elapsed() < PATIENCE, "{what}: it never happened");
-        std::thread::sleep(Duration::from_millis(20));
-    }
-}
 
 pub(crate) struct Display {
     x: RustConnection,

@@ -2,10 +2,10 @@
 //!
 //! Needs an X display: without one the tests are skipped, loudly, or fail if `REQUIRE_DISPLAY=1`.
 
-#[cfg(all(target_os = "linux", feature = "preview"))]
+#![cfg(all(target_os = "linux", feature = "preview"))]
+
 mod display;
-#[cfg(all(target_os = "linux", feature = "preview"))]
 mod given;
-mod none;
-#[cfg(all(target_os = "linux", feature = "preview"))]
+#[path = "../support/wait.rs"]
+mod wait;
 mod window;

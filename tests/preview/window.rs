@@ -7,8 +7,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use polyreel::options::{Options, Points};
 
-use crate::display::{Display, Shot, until};
+use crate::display::{Display, Shot};
 use crate::given;
+use crate::wait::until;
 
 /// The colours of the program's letters and marks.
 const HELP_KEYS: u32 = 0xff_c83c;

@@ -14,7 +14,7 @@ SIZES = {"ramps": (32, 24), "blocks": (61, 47), "noise": (33, 40), "disk": (61, 
 
 
 def picture(name, shift=0):
-    """The inputs, by formulas in whole numbers that tests/maps.rs has too."""
+    """The inputs, by formulas in whole numbers that tests/it/maps.rs has too."""
     width, height = SIZES[name]
     y, x = np.mgrid[0:height, 0:width].astype(np.int64)
     x = x + shift

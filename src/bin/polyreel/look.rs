@@ -239,3 +239,6 @@ where
 pub(crate) fn methods() -> impl TypedValueParser<Value = Method> {
     one_of(Method::ALL, Method::name)
 }
+
+#[cfg(test)]
+mod tests;

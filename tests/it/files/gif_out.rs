@@ -9,7 +9,7 @@ use polyreel::geom::Size;
 use polyreel::sink::SinkOptions;
 use polyreel::stream::Loops;
 
-use crate::given::*;
+use super::given::*;
 
 fn composed(file: &str) -> Vec<Vec<Rgba>> {
     let bytes = fs::read(file).expect("a file");

@@ -8,7 +8,7 @@ use polyreel::geom::Size;
 use polyreel::source::SourceOptions;
 use polyreel::stream::{Loops, Span};
 
-use crate::given::*;
+use super::given::*;
 
 #[test]
 fn animated_png_is_composed_and_timed() {

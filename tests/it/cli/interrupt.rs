@@ -5,7 +5,8 @@ use std::fs;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
-use crate::{Folder, picture};
+use super::{Folder, picture};
+use crate::wait::until;
 
 /// Starts a long render to `output` and waits until it has begun to write.
 fn begin(folder: &Folder, side: u32, frames: u32, output: &str) -> Child {
@@ -16,15 +17,17 @@ fn begin(folder: &Folder, side: u32, frames: u32, output: &str) -> Child {
     for t in 1..frames {
         fs::hard_link(&first, folder.path(&format!("in/{t}.png"))).expect("a link");
     }
-    let child = Command::new(env!("CARGO_BIN_EXE_polyreel"))
+    let mut child = Command::new(env!("CARGO_BIN_EXE_polyreel"))
         .args(["render", "in", "-o", output])
         .current_dir(folder.path(""))
         .stderr(Stdio::null())
         .spawn()
         .expect("the program");
-    while !folder.listing().iter().any(|name| name.contains("/.polyreel-")) {
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    until("an output that is begun", || {
+        let ended = child.try_wait().expect("a child");
+        assert_eq!(ended, None, "the program has ended already");
+        folder.listing().iter().any(|name| name.contains("/.polyreel-")).then_some(())
+    });
     child
 }
 

@@ -8,7 +8,7 @@ use polyreel::frame::Frame;
 use polyreel::geom::Size;
 use polyreel::sink::SinkOptions;
 
-use crate::given::*;
+use super::given::*;
 
 #[test]
 fn lossless_stills_come_back_as_they_went() {

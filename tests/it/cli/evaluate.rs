@@ -1,6 +1,6 @@
 //! `polyreel evaluate`: its formats, its page, and what it does with broken files.
 
-use crate::{Folder, stderr, stdout};
+use super::{Folder, stderr, stdout};
 
 const FAST: &str = "--methods hrlp,rlp --points 60";
 

@@ -1,6 +1,6 @@
 //! What the program says: reports, summaries, `info`, `inspect`, completions, manual pages.
 
-use crate::{Folder, stderr, stdout};
+use super::{Folder, stderr, stdout};
 
 const STAGES: [&str; 7] =
     ["decode", "features", "sample", "triangulate", "refine", "rasterise", "encode"];

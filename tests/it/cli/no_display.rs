@@ -1,7 +1,8 @@
 //! Where there is no window to be had.
 
 use assert_cmd::Command;
-use predicates::prelude::{PredicateBooleanExt, predicate};
+
+use super::stderr;
 
 /// What the program says about `args` without any display. It fails with one sentence.
 fn said(args: &[&str]) -> String {
@@ -10,10 +11,9 @@ fn said(args: &[&str]) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_polyreel"));
     command.current_dir(folder.path()).args(args);
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
-    let sentence = predicate::str::contains("panicked").not();
-    let assert = command.assert().code(1).stderr(sentence);
+    let said = stderr(&command.assert().code(1));
+    assert!(!said.contains("panicked"), "{said}");
     assert!(!folder.path().join("out.png").exists(), "nothing was rendered");
-    let said = String::from_utf8_lossy(&assert.get_output().stderr).into_owned();
     assert_eq!(said.lines().count(), 1, "{said}");
     said
 }

@@ -7,7 +7,7 @@ use polyreel::sink::{self, SinkOptions};
 use polyreel::source::{self, Decoded, Input, SourceOptions};
 use polyreel::stream::{Span, StreamInfo};
 
-use crate::given::{self, folder, name};
+use super::given::{self, folder, name};
 
 /// Ten pictures, 10 a second, as `file`.
 fn write(file: &str) {

@@ -7,7 +7,7 @@ use image::{ImageFormat, RgbaImage};
 use polyreel::geom::Size;
 use polyreel::source::SourceOptions;
 
-use crate::given::*;
+use super::given::*;
 
 #[test]
 fn a_header_that_claims_too_much_is_refused_before_memory_is_taken() {

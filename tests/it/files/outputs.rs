@@ -9,7 +9,7 @@ use polyreel::geom::Size;
 use polyreel::sink::{self, SinkOptions};
 use polyreel::stream::StreamInfo;
 
-use crate::given::*;
+use super::given::*;
 
 #[test]
 fn outputs_that_cannot_be_meant_are_told_before_any_work() {

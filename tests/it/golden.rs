@@ -1,14 +1,19 @@
 //! Golden pictures: the exact bytes of small renders.
 //!
-//! `BLESS=1 cargo test --test golden` writes them anew and fails, so that no blessing passes unseen. On
-//! a mismatch expected, difference and actual are left side by side in the target folder.
+//! `BLESS="the reason" cargo test --test it golden` writes those that differ anew, notes the reason with
+//! the old and new errors in `tests/golden/REASONS.md`, and fails, so that no blessing passes unseen.
+//! Without it, expected, difference and actual are left in one picture in the target folder.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use image::{Rgba, RgbaImage};
 use polyreel::chance::{Purpose, rank};
 use polyreel::frame::Frame;
 use polyreel::geom::Size;
+use polyreel::metric::mse::mse;
+use polyreel::metric::ssim::ssim;
 use polyreel::options::{Colour, Edges, FrontEnd, Method, Options, Points, Quality};
 use polyreel::render::Renderer;
 
@@ -36,19 +41,60 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden")
 }
 
-fn compare(name: &str, actual: &RgbaImage) {
+/// Compares `actual`, made from `source`, with the golden picture `name`.
+fn compare(name: &str, source: &Frame, actual: &RgbaImage) {
     let path = folder().join(format!("{name}.png"));
-    if std::env::var_os("BLESS").is_some() {
-        actual.save(&path).expect("the golden folder can be written");
-        panic!("{name} was blessed: look at it, then run again without BLESS");
-    }
-    let expected = image::open(&path).expect("a golden picture; BLESS=1 makes it").to_rgba8();
-    if expected == *actual {
+    let expected = image::open(&path).ok().map(|image| image.to_rgba8());
+    if expected.as_ref() == Some(actual) {
         return;
     }
+    if let Ok(reason) = std::env::var("BLESS") {
+        let before = expected.map_or("none".into(), |expected| errors(source, &expected));
+        bless(&path, name, actual, &format!("{before} -> {}", errors(source, actual)), &reason);
+    }
+    let hint = "BLESS=\"the reason\" makes it anew";
+    let Some(expected) = expected else { panic!("there is no {}: {hint}", path.display()) };
     let report = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-differs.png"));
     side_by_side(&expected, actual).save(&report).expect("the target folder can be written");
-    panic!("{name} differs from its golden picture: see {}", report.display());
+    panic!("{name} differs from its golden picture: see {}; {hint}", report.display());
+}
+
+/// Writes a golden picture and the reason for it, and fails.
+fn bless(path: &Path, name: &str, actual: &RgbaImage, errors: &str, reason: &str) -> ! {
+    /// One line at a time.
+    static REASONS: Mutex<()> = Mutex::new(());
+    assert!(
+        reason.split_whitespace().count() > 1 && !reason.contains('|'),
+        "a blessing needs a reason of some words: BLESS=\"edges are antialiased\""
+    );
+    actual.save(path).expect("the golden folder can be written");
+    let _alone = REASONS.lock().unwrap_or_else(PoisonError::into_inner);
+    let file = std::fs::OpenOptions::new().append(true).open(folder().join("REASONS.md"));
+    let line = format!("| {name} | {errors} | {} |\n", reason.trim());
+    file.expect("the list of reasons").write_all(line.as_bytes()).expect("it can be written");
+    panic!("{name} was blessed ({errors}): look at it, then run again without BLESS");
+}
+
+/// How far a picture is from its source.
+fn errors(source: &Frame, picture: &RgbaImage) -> String {
+    let pixels = picture.pixels().map(|pixel| pixel.0).collect();
+    let size = Size::new(picture.width(), picture.height());
+    let picture = Frame::new(size, pixels).expect("a small frame");
+    match (mse(source, &picture), ssim(source, &picture)) {
+        (Ok(mse), Ok(ssim)) => format!("MSE {mse:.2}, SSIM {ssim:.4}"),
+        _ => "of another size".into(),
+    }
+}
+
+#[test]
+fn every_golden_picture_belongs_to_a_test() {
+    let tests = include_str!("golden.rs");
+    for entry in std::fs::read_dir(folder()).expect("the golden folder") {
+        let path = entry.expect("an entry").path();
+        let name = path.file_stem().expect("a name").to_string_lossy();
+        let is_used = tests.contains(&format!("check(\"{name}\""));
+        assert!(name == "REASONS" || is_used, "no test names {}: remove it", path.display());
+    }
 }
 
 /// Expected, difference (white where they differ), actual.
@@ -74,7 +120,8 @@ fn check(name: &str, options: &Options, frames: &[Frame]) {
         assert_eq!(rendered.mesh.check(), Ok(()));
         last = Some(rendered.painting.frame);
     }
-    compare(name, &last.expect("at least one frame").into_image());
+    let source = frames.last().expect("at least one frame");
+    compare(name, source, &last.expect("at least one frame").into_image());
 }
 
 const SIZE: Size = Size::new(150, 101);

@@ -8,7 +8,7 @@ use polyreel::frame::Rational;
 use polyreel::geom::Size;
 use polyreel::source::SourceOptions;
 
-use crate::given::*;
+use super::given::*;
 
 /// A GIF of random partial frames: offsets beyond the screen, all disposals, interlace, transparency,
 /// palettes of their own.

@@ -1,6 +1,6 @@
 //! What `render` writes.
 
-use crate::{Folder, stderr, stdout};
+use super::{Folder, stderr, stdout};
 
 #[test]
 fn a_still_becomes_a_still_of_every_format() {

@@ -7,7 +7,7 @@ use polyreel::geom::Size;
 use polyreel::sink::SinkOptions;
 use polyreel::source::SourceOptions;
 
-use crate::given::*;
+use super::given::*;
 
 #[test]
 fn sequences_go_out_numbered_and_come_back_in_order() {

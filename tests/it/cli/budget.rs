@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::{Folder, stderr, stdout};
+use super::{Folder, stderr, stdout};
 
 const RUN: &str = "render in.gif -o out.gif -q -y --points 80";
 

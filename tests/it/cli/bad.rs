@@ -4,7 +4,7 @@ use std::fs;
 
 use assert_cmd::Command;
 
-use crate::{Folder, stderr, stdout};
+use super::{Folder, stderr, stdout};
 
 /// Asserts that `line` fails with `code`, says something with `words` in it, in one line, and leaves
 /// the folder as it was.

@@ -1,0 +1,19 @@
+//! All tests that need neither ffmpeg nor a display, in one program: the library on inputs made here,
+//! and the program itself (`cli`).
+//!
+//! `cargo test --test it golden` runs one module.
+
+mod cli;
+mod files;
+mod golden;
+mod layers;
+mod looped;
+mod maps;
+mod methods;
+mod orders;
+mod pipeline;
+mod planes;
+mod temporal;
+#[path = "../support/wait.rs"]
+mod wait;
+mod watched;
