@@ -134,7 +134,7 @@ fn stages(film: &[Frame]) {
             sums[stage].add_since(&mut before);
             stage += 1;
         }));
-        chain.reuse(picture);
+        chain.recycle(picture);
     }
     for (stage, sum) in STAGES.iter().zip(sums) {
         sum.print(stage.name(), FRAMES);
@@ -155,7 +155,7 @@ fn ends(size: Size, film: &[Frame]) {
         let start = Rational::new(number as i64, 25);
         let span = Span { start, length: Some(Rational::new(1, 25)) };
         let mut before = Asked::now();
-        sink.write(Picture { frame, fills: Vec::new(), span }).expect("written");
+        sink.write(Picture { frame, fills: Vec::new(), span }, None).expect("written");
         if number >= BEFORE {
             encode.add_since(&mut before);
         }
@@ -175,7 +175,7 @@ fn ends(size: Size, film: &[Frame]) {
             decode.add_since(&mut before);
         }
         // As the pipeline does with what has been painted.
-        source.reuse(decoded.frame);
+        source.recycle(decoded.frame);
     }
     decode.print("decode", counted);
     encode.print("encode", FRAMES);

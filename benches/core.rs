@@ -28,6 +28,6 @@ fn count_this(clip: &[Frame], options: &Options) {
     let mut chain = Chain::new(options, Some(film::form(clip[0].size())));
     for frame in clip {
         let picture = black_box(chain.render(frame, |_| ()));
-        chain.reuse(picture);
+        chain.recycle(picture);
     }
 }

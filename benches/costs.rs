@@ -72,7 +72,7 @@ fn time_stages(film: &[Frame], options: &Options, frames: usize) -> Vec<f64> {
             stage += 1;
             before = Instant::now();
         });
-        chain.reuse(black_box(picture));
+        chain.recycle(black_box(picture));
     }
     times.into_iter().map(median).collect()
 }

@@ -10,12 +10,12 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use polyreel::error::Result;
-use polyreel::frame::{Frame, Rational};
+use polyreel::frame::{Buffers, Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::options::Options;
 use polyreel::pipeline::{FrameReport, Observer, Settings, Stop, run};
 use polyreel::render::Renderer;
-use polyreel::sink::{Picture, Sink};
+use polyreel::sink::{Origin, Picture, Sink};
 use polyreel::source::{Decoded, Source};
 use polyreel::stage::{Percentiles, Stage};
 use polyreel::stream::Span;
@@ -122,16 +122,16 @@ impl Source for Replay {
         let length = Rational::new(1, 25);
         let start = Rational::new(self.next as i64, 25);
         self.next += 1;
-        Ok(Some(Decoded { frame, span: Span { start, length: Some(length) } }))
+        Ok(Some(Decoded::new(frame, Span { start, length: Some(length) })))
     }
 }
 
 struct Nowhere;
 
 impl Sink for Nowhere {
-    fn write(&mut self, picture: Picture) -> Result<()> {
+    fn write(&mut self, picture: Picture, _: Option<Origin>) -> Result<Buffers> {
         black_box(picture);
-        Ok(())
+        Ok(Buffers::default())
     }
 
     fn finish(self: Box<Self>) -> Result<()> {

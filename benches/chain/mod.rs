@@ -35,8 +35,8 @@ impl Chain {
     }
 
     /// Takes back a picture that was looked at, as the sinks of a video give it back.
-    pub(crate) fn reuse(&mut self, picture: Picture) {
-        self.painter.reuse(picture.frame.into_memory());
+    pub(crate) fn recycle(&mut self, picture: Picture) {
+        self.painter.recycle(picture.frame.into_buffers());
     }
 
     /// Renders `frame`, and calls `done` after each of [`STAGES`]. Taking up the mesh for the next frame
@@ -58,7 +58,7 @@ impl Chain {
         let answer = |echo| self.echo = echo;
         let painting = self.painter.paint(&mesh, frame, detail.rows, brief, answer);
         drop(features);
-        self.mesher.reuse(mesh);
+        self.mesher.recycle(mesh);
         done(Stage::Rasterise);
         let span = polyreel::stream::Span { start: polyreel::frame::Rational::ZERO, length: None };
         Picture { frame: painting.frame, fills: painting.fills, span }

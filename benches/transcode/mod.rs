@@ -60,7 +60,7 @@ fn make(clip: &Path, size: Size) {
         let start = Rational::new(number as i64, 25);
         let span = Span { start, length: Some(Rational::new(1, 25)) };
         let frame: Frame = film::paint(size, number, GRAIN);
-        sink.write(Picture { frame, fills: Vec::new(), span }).expect("written");
+        sink.write(Picture { frame, fills: Vec::new(), span }, None).expect("written");
     }
     sink.finish().expect("finished");
 }

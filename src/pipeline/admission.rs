@@ -93,8 +93,8 @@ pub(super) fn decode(
             return;
         }
         source.wait();
-        if let Ok(spent) = door.spent.try_recv() {
-            source.reuse(spent);
+        if let Ok(frame) = door.spent.try_recv() {
+            source.recycle(frame);
         }
         let mut report = FrameReport::new(index);
         let hop = match station.clock.time(Stage::Decode, &mut report, || source.next()) {
@@ -106,8 +106,7 @@ pub(super) fn decode(
             // What interrupts us may interrupt a program that we read from as well.
             Err(_) if door.stop.is_requested() => return,
             Err(error) => Err(error),
-            Ok(Some(Decoded { frame, span })) => {
-                let rehearsal = source.rehearses();
+            Ok(Some(Decoded { frame, span, is_warmup: rehearsal })) => {
                 if rehearsing && !rehearsal {
                     // In earnest: counted from the beginning.
                     (index, report.index) = (0, 0);

@@ -3,7 +3,7 @@
 use crossbeam_channel::{Receiver, Sender};
 
 use crate::error::{Error, Result};
-use crate::frame::Memory;
+use crate::frame::Buffers;
 use crate::sink::Sink;
 use crate::stage::Stage;
 
@@ -19,7 +19,7 @@ pub(super) struct Delivery<'a> {
     /// The way to the observer.
     pub(super) tell: Sender<FrameReport>,
     /// The memory of pictures that have been written, on their way back to the rasteriser.
-    pub(super) return_canvas: Sender<Memory>,
+    pub(super) return_canvas: Sender<Buffers>,
     /// The user's wish to stop.
     pub(super) stop: &'a Stop,
     /// Whether an input that breaks off still gives an output, of the frames before.
@@ -40,16 +40,13 @@ impl Delivery<'_> {
                 }
                 Err(error) => return Err(error),
             };
-            let written_out = clock.time(Stage::Encode, &mut report, || match origin {
-                Some(origin) => self.sink.write_with_origin(picture, origin),
-                None => self.sink.write(picture),
-            });
-            match written_out {
+            let written_out =
+                clock.time(Stage::Encode, &mut report, || self.sink.write(picture, origin));
+            let canvas = match written_out {
                 Err(Error::Closed) => return Ok(Ending::Closed),
                 done => done?,
-            }
+            };
             written += 1;
-            let canvas = self.sink.spent();
             if !canvas.is_empty() {
                 // Without room the rasteriser has enough of them: then it is let go.
                 let _ = self.return_canvas.try_send(canvas);

@@ -36,7 +36,7 @@ use crate::colour::Form;
 use crate::echo::Echo;
 use crate::error::{Error, Result};
 use crate::feature::Extractor;
-use crate::frame::{Frame, Memory};
+use crate::frame::{Buffers, Frame};
 use crate::options::Options;
 use crate::rasterise::{Brief, Painter};
 use crate::render::{Mesher, triangulate_start};
@@ -52,7 +52,7 @@ use histogram::StageHistograms;
 use hop::{Admitted, Featured, Meshed, Orders, Painted, Ticket};
 pub use pilot::Guide;
 use pilot::{Pilot, longest};
-use pool::{Crew, Pool};
+use pool::Pool;
 pub use replay::Script;
 pub use report::{
     BudgetReport, Ending, FrameReport, InputReport, OutputReport, Report, StageTimes, Summary,
@@ -72,7 +72,7 @@ pub struct Settings {
     /// How to render.
     pub options: Options,
     /// Options that may change during the run, in place of [`Settings::options`]. Default `None`: they
-    /// stay. The sink [adapts](Sink::adapt) them when the run begins.
+    /// stay. The sink [adapts](crate::sink::Needs::adapt) them when the run begins.
     pub controls: Option<Controls>,
     /// What decides how much detail frames have. Default [`Guide::Options`].
     pub guide: Guide,
@@ -123,8 +123,9 @@ pub fn run(
         Some(controls) => controls.clone(),
         None => Controls::new(settings.options.clone())?,
     };
+    let needs = sink.needs();
     let mut options = (*controls.options()).clone();
-    sink.adapt(&mut options);
+    needs.adapt(&mut options);
     controls.set(options)?;
     let pilot = &Pilot::new(&settings.guide);
     let began = Instant::now();
@@ -143,11 +144,11 @@ pub fn run(
         let door = Door { controls: &controls, pilot, stop, over, queue, spent, dropped };
         let station = Station::new(Stage::Decode, admit);
         let decoding = spawn(scope, "decode", move || decode(start, station, &door))?;
-        let spent = (!sink.wants_origin()).then_some(return_spent);
+        let spent = (!needs.origin).then_some(return_spent);
         let (return_canvas, canvases) = bounded(ROOM);
-        let exit = Exit { form: sink.form(), spent, canvases };
-        let crew = Crew { threads: settings.threads, alone: !sink.feeds_others() };
-        let (chain, painted) = spawn_chain(scope, admitted, &controls, pilot, crew, exit)?;
+        let exit = Exit { form: needs.form, spent, canvases };
+        let (chain, painted) =
+            spawn_chain(scope, admitted, &controls, pilot, settings.threads, exit)?;
         let (tell, told) = bounded(ROOM);
         let keep_truncated = settings.allow_truncated;
         let delivery = Delivery { sink, tell, return_canvas, stop, keep_truncated };
@@ -203,7 +204,7 @@ struct Exit {
     /// Takes frames that have been painted to the source. Without it they go on to the sink.
     spent: Option<Sender<Frame>>,
     /// That of pictures that have been written.
-    canvases: Receiver<Memory>,
+    canvases: Receiver<Buffers>,
 }
 
 /// The stages between decode and encode, each on a thread of its own.
@@ -212,7 +213,7 @@ fn spawn_chain<'s, 'e>(
     admitted: Receiver<Result<Admitted>>,
     controls: &Controls,
     pilot: &'e Pilot,
-    crew: Crew,
+    threads: Option<NonZeroUsize>,
     Exit { form, spent, canvases }: Exit,
 ) -> Result<Chain<'s>> {
     let options = controls.options();
@@ -221,7 +222,7 @@ fn spawn_chain<'s, 'e>(
     let mut extractor = Extractor::new(&options);
     let mut tuned = options.clone();
     let look_thread = spawn(scope, "features", move || {
-        station.run_in_pool(crew, admitted, |pool, clock, hop| {
+        station.run_in_pool(threads, admitted, |pool, clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 extractor.retune(options);
             }
@@ -236,12 +237,12 @@ fn spawn_chain<'s, 'e>(
     let mut echoes = Echoes { told, called: false };
     let mut tuned = options.clone();
     let mesh_thread = spawn(scope, "mesh", move || {
-        station.run_in_pool(crew, extracted, |pool, clock, hop| {
+        station.run_in_pool(threads, extracted, |pool, clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 mesher.retune(options);
             }
             if let Ok(mesh) = meshes.try_recv() {
-                mesher.reuse(mesh);
+                mesher.recycle(mesh);
             }
             build_mesh(&mut mesher, hop, clock, pilot, pool, &mut echoes)
         });
@@ -251,12 +252,12 @@ fn spawn_chain<'s, 'e>(
     let mut painter = Painter::new(&options).with_form(form);
     let mut tuned = options;
     let paint_thread = spawn(scope, "rasterise", move || {
-        station.run_in_pool(crew, meshed, |pool, clock, hop| {
+        station.run_in_pool(threads, meshed, |pool, clock, hop| {
             if let Some(options) = hop.ticket.orders.news(&mut tuned) {
                 painter.retune(options);
             }
             if let Ok(canvas) = canvases.try_recv() {
-                painter.reuse(canvas);
+                painter.recycle(canvas);
             }
             let mut painted = fill(&mut painter, hop, clock, pilot, pool, &tell)?;
             if let Some(spent) = &spent
@@ -316,7 +317,7 @@ fn build_mesh(
         })
     })?;
     let echo = echoes.last();
-    let refined = pool.work_awake(|| {
+    let refined = pool.work(|| {
         clock.time(Stage::Refine, report, || {
             mesher.refine(&mut mesh, &frame, fresh, detail, echo).map_err(Error::from)
         })

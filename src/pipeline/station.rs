@@ -1,5 +1,6 @@
 //! A stage's place of work: its clock, its way out, and what it does about errors and panics.
 
+use std::num::NonZeroUsize;
 use std::time::Instant;
 
 use crossbeam_channel::{Receiver, Sender};
@@ -7,7 +8,7 @@ use crossbeam_channel::{Receiver, Sender};
 use crate::error::{Error, Result};
 use crate::stage::Stage;
 
-use super::pool::{Crew, Pool};
+use super::pool::Pool;
 use super::report::FrameReport;
 
 /// The only clock of the program that frames meet. It knows which stage its thread is working on.
@@ -76,14 +77,14 @@ impl<T> Station<T> {
         }
     }
 
-    /// As [`Station::run`], with a pool of a `crew` of which this thread is the first.
+    /// As [`Station::run`], with a pool of `threads` of which this thread is the first.
     pub(super) fn run_in_pool<A>(
         self,
-        crew: Crew,
+        threads: Option<NonZeroUsize>,
         inbox: Receiver<Result<A>>,
         mut work: impl FnMut(&Pool, &mut Clock, A) -> Result<T>,
     ) {
-        match Pool::here(crew) {
+        match Pool::with_this_thread(threads) {
             Ok(pool) => self.run(inbox, |clock, hop| work(&pool, clock, hop)),
             Err(error) => {
                 self.send(Err(error));

@@ -15,7 +15,7 @@ use crate::ffmpeg::child::Child;
 use crate::ffmpeg::command::{self, arguments};
 use crate::ffmpeg::nut::NutWriter;
 use crate::ffmpeg::probe::probe_lead;
-use crate::frame::{Colorimetry, Memory, Rational, Rgba, check_size};
+use crate::frame::{Buffers, Colorimetry, Rational, Rgba, check_size};
 use crate::geom::Size;
 use crate::sink::codec::{Container, Encoder};
 use crate::sink::place::Place;
@@ -23,7 +23,7 @@ use crate::sink::planes::fill_planes;
 use crate::sink::remux::{Beside, Finished, Last, bare, placing, remux};
 use crate::sink::sound::{self, Streams};
 use crate::sink::tags::{tag_arguments, tags};
-use crate::sink::{Picture, Sink, SinkOptions};
+use crate::sink::{Needs, Origin, Picture, Sink, SinkOptions};
 
 pub use crate::sink::spec::{VideoOptions, VideoSpec};
 
@@ -46,7 +46,6 @@ pub struct VideoSink {
     /// After the child: it is ended before its file is removed.
     place: Place,
     planes: Vec<u8>,
-    spent: Memory,
     first: Option<Rational>,
     last_pts: Option<u64>,
     count: u64,
@@ -151,7 +150,6 @@ impl VideoSink {
             child,
             place,
             planes: Vec::new(),
-            spent: Memory::default(),
             first: None,
             last_pts: None,
             count: 0,
@@ -241,14 +239,20 @@ impl Sink for VideoSink {
         &self.warnings
     }
 
-    fn write(&mut self, picture: Picture) -> Result<()> {
+    fn needs(&self) -> Needs {
+        let Layout { size, .. } = self.form.layout;
+        let fits = |form: &Form| form.layout.is_squared() && size == self.spec.size;
+        Needs { form: Some(self.form).filter(fits), ..Needs::default() }
+    }
+
+    fn write(&mut self, picture: Picture, _: Option<Origin>) -> Result<Buffers> {
         let (frame, span) = (picture.frame, picture.span);
         if frame.size() != self.spec.size {
             let what = format!("a picture of {} among those of {}", frame.size(), self.spec.size);
             return Err(Error::output(self.place.named(), what));
         }
         let pts = self.pts(span.start);
-        self.spent = fill_planes(&mut self.planes, frame, &self.form, Some(self.background));
+        let buffers = fill_planes(&mut self.planes, frame, &self.form, Some(self.background));
         let written = match &mut self.writer {
             Some(writer) => writer.write(pts, &self.planes),
             None => Err(io::ErrorKind::BrokenPipe.into()),
@@ -261,20 +265,7 @@ impl Sink for VideoSink {
         self.count += 1;
         let length = span.length.or(self.spec.rate.and_then(Rational::recip));
         self.end = span.start + length.unwrap_or(Rational::ZERO);
-        Ok(())
-    }
-
-    fn form(&self) -> Option<Form> {
-        let Layout { size, .. } = self.form.layout;
-        Some(self.form).filter(|form| form.layout.is_squared() && size == self.spec.size)
-    }
-
-    fn feeds_others(&self) -> bool {
-        true
-    }
-
-    fn spent(&mut self) -> Memory {
-        std::mem::take(&mut self.spent)
+        Ok(buffers)
     }
 
     fn finish(mut self: Box<Self>) -> Result<()> {

@@ -20,11 +20,11 @@ use rayon::prelude::*;
 use super::palette::{Lookup, MOST, Palette, Rgb, distinct};
 use super::place::Place;
 use super::still::nothing;
-use super::{Picture, Sink, SinkOptions};
+use super::{Needs, Origin, Picture, Sink, SinkOptions};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Memory, Rational, Rgba};
+use crate::frame::{Buffers, Frame, Rational, Rgba};
 use crate::geom::Size;
-use crate::options::{Edges, Options};
+use crate::options::Edges;
 use crate::stream::{Loops, Span, StreamInfo};
 use draw::draw_row;
 
@@ -45,8 +45,6 @@ pub(crate) struct Gif {
     size: Size,
     out: Option<Out>,
     waiting: Option<Waiting>,
-    /// Of the last picture, to be painted in again.
-    spent: Memory,
 }
 
 /// The encoder, which exists from the first frame on, and its palette.
@@ -81,7 +79,6 @@ impl Gif {
             size: info.size,
             out: None,
             waiting: None,
-            spent: Memory::default(),
         })
     }
 
@@ -194,12 +191,12 @@ impl Gif {
 }
 
 impl Sink for Gif {
-    fn adapt(&self, options: &mut Options) {
+    fn needs(&self) -> Needs {
         // The palette is made from the fills: there must be no other colours.
-        options.edges = Edges::Hard;
+        Needs { edges: Some(Edges::Hard), ..Needs::default() }
     }
 
-    fn write(&mut self, picture: Picture) -> Result<()> {
+    fn write(&mut self, picture: Picture, _: Option<Origin>) -> Result<Buffers> {
         let Picture { frame, fills, span } = picture;
         if frame.size() != self.size {
             let what = format!("a frame of {} cannot go into a GIF of {}", frame.size(), self.size);
@@ -211,12 +208,7 @@ impl Sink for Gif {
         let (palette, lookup) = Palette::next(&colours, self.palette.as_ref());
         self.waiting = Some(self.draw(&frame, &palette, &lookup, span));
         self.palette = Some(palette);
-        self.spent = frame.into_memory();
-        Ok(())
-    }
-
-    fn spent(&mut self) -> Memory {
-        std::mem::take(&mut self.spent)
+        Ok(frame.into_buffers())
     }
 
     fn finish(mut self: Box<Self>) -> Result<()> {
@@ -378,8 +370,7 @@ mod tests {
         let memory = frame.pixels().as_ptr();
         let fills = vec![crate::frame::Fill { colour: [9, 8, 7, 255], area: 24 }];
         let span = Span { start: Rational::ZERO, length: None };
-        sink.write(Picture { frame, fills, span }).expect("written");
-        assert_eq!(sink.spent().pixels.as_ptr(), memory);
-        assert!(sink.spent().is_empty(), "once");
+        let buffers = sink.write(Picture { frame, fills, span }, None).expect("written");
+        assert_eq!(buffers.pixels.as_ptr(), memory);
     }
 }

@@ -21,9 +21,9 @@ use std::path::{Path, PathBuf};
 
 use crate::colour::Form;
 use crate::error::{Error, Result};
-use crate::frame::{Fill, Frame, Memory, Rgba};
+use crate::frame::{Buffers, Fill, Frame, Rgba};
 use crate::mesh::Mesh;
-use crate::options::Options;
+use crate::options::{Edges, Options};
 use crate::pattern::Pattern;
 use crate::stream::{Loops, Span, StreamInfo};
 
@@ -54,48 +54,44 @@ pub struct Origin {
     pub mesh: Mesh,
 }
 
+/// What a [`Sink`] asks of the pictures it takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Needs {
+    /// Opaque pictures without outlines are painted as planes of this form, which must be
+    /// [squared](crate::colour::Layout::is_squared); others come as pixels all the same. Default: none,
+    /// all pictures come as pixels.
+    pub form: Option<Form>,
+    /// The edges that pictures must have, whatever the options say. Default: those of the options.
+    pub edges: Option<Edges>,
+    /// Whether [`Sink::write`] gets the [`Origin`]. If not, the source frame and the mesh are recycled as
+    /// soon as the picture is painted. Default: no.
+    pub origin: bool,
+}
+
+impl Needs {
+    /// Changes in `options` what the sink needs otherwise.
+    pub fn adapt(&self, options: &mut Options) {
+        if let Some(edges) = self.edges {
+            options.edges = edges;
+        }
+    }
+}
+
 /// An output being written. Dropped before [`Sink::finish`], it leaves nothing behind.
 pub trait Sink: Send {
-    /// Takes the next picture. All have one size.
+    /// What the sink asks of the pictures it takes. It is constant: callers may read it once, before the
+    /// first picture. Default: RGBA pixels as the options paint them, without their origin.
+    fn needs(&self) -> Needs {
+        Needs::default()
+    }
+
+    /// Takes the next picture. All have one size. `origin` is what it was made from, and is given where
+    /// [`Needs::origin`] asks for it. Returns buffers that the sink no longer needs, perhaps empty: the
+    /// next picture may be painted in them.
     ///
     /// # Errors
     /// When it cannot be written; [`crate::error::Error::Closed`] when the reader has gone.
-    fn write(&mut self, picture: Picture) -> Result<()>;
-
-    /// Whether [`Sink::write_with_origin`] is to be called in place of [`Sink::write`]. If not, what a
-    /// picture was made from is let go as soon as it is painted. Default: no.
-    fn wants_origin(&self) -> bool {
-        false
-    }
-
-    /// Takes the next picture, and what it was made from. Default: the picture alone.
-    ///
-    /// # Errors
-    /// As [`Sink::write`].
-    fn write_with_origin(&mut self, picture: Picture, _origin: Origin) -> Result<()> {
-        self.write(picture)
-    }
-
-    /// The planes, [squared](crate::colour::Layout::is_squared), as which pictures are wanted that are opaque
-    /// and without outlines; others come as pixels all the same. Default: none, all come as pixels.
-    fn form(&self) -> Option<Form> {
-        None
-    }
-
-    /// Changes in `options` what pictures have to be otherwise to be written. Default: nothing.
-    fn adapt(&self, _options: &mut Options) {}
-
-    /// Whether another process works on what is written, as an encoder does, and needs the machine's cores:
-    /// then threads that wait for work leave them to it at once. Default: no.
-    fn feeds_others(&self) -> bool {
-        false
-    }
-
-    /// The memory of a picture that was written and is no longer needed: another may be painted in it.
-    /// Default: none.
-    fn spent(&mut self) -> Memory {
-        Memory::default()
-    }
+    fn write(&mut self, picture: Picture, origin: Option<Origin>) -> Result<Buffers>;
 
     /// Completes the output and puts it in its place.
     ///

@@ -1,16 +1,15 @@
 //! Nowhere: for measuring everything but the writing.
 
-use super::{Picture, Sink};
+use super::{Needs, Origin, Picture, Sink};
 use crate::colour::{Coding, Form, Layout};
 use crate::error::Result;
-use crate::frame::Memory;
+use crate::frame::Buffers;
 use crate::stream::StreamInfo;
 
 /// Discards pictures. Those of a video are taken as a video would take them.
 #[derive(Debug)]
 pub(crate) struct Null {
     form: Option<Form>,
-    spent: Memory,
 }
 
 impl Null {
@@ -19,22 +18,17 @@ impl Null {
         let layout = Layout::of_video(info.size);
         let coding = info.colour.as_ref().map(|tags| Coding::of(tags, info.size));
         let form = coding.map(|coding| Form { layout, coding });
-        Self { form: form.filter(|form| form.layout.is_squared()), spent: Memory::default() }
+        Self { form: form.filter(|form| form.layout.is_squared()) }
     }
 }
 
 impl Sink for Null {
-    fn write(&mut self, picture: Picture) -> Result<()> {
-        self.spent = picture.frame.into_memory();
-        Ok(())
+    fn needs(&self) -> Needs {
+        Needs { form: self.form, ..Needs::default() }
     }
 
-    fn form(&self) -> Option<Form> {
-        self.form
-    }
-
-    fn spent(&mut self) -> Memory {
-        std::mem::take(&mut self.spent)
+    fn write(&mut self, picture: Picture, _: Option<Origin>) -> Result<Buffers> {
+        Ok(picture.frame.into_buffers())
     }
 
     fn finish(self: Box<Self>) -> Result<()> {

@@ -1,20 +1,20 @@
 //! Pictures on their way into a video.
 
 use crate::colour::{Form, from_rgba};
-use crate::frame::{Frame, Memory, Rgba, over};
+use crate::frame::{Buffers, Frame, Rgba, over};
 
 /// Fills `out` with the planes of `frame` in `form`, what is transparent laid over `background` if there is
-/// one. Returns the frame's memory, or as much.
+/// one. Returns the frame's buffers, or as large ones.
 pub(super) fn fill_planes(
     out: &mut Vec<u8>,
     frame: Frame,
     form: &Form,
     background: Option<Rgba>,
-) -> Memory {
+) -> Buffers {
     if frame.planes().is_some_and(|planes| planes.form == *form) {
-        let mut spent = frame.into_memory();
-        std::mem::swap(out, &mut spent.planes);
-        return spent;
+        let mut buffers = frame.into_buffers();
+        std::mem::swap(out, &mut buffers.planes);
+        return buffers;
     }
     let (size, opaque) = (frame.size(), frame.is_opaque());
     let mut pixels = frame.into_pixels();
@@ -22,7 +22,7 @@ pub(super) fn fill_planes(
         pixels.iter_mut().for_each(|pixel| *pixel = over(*pixel, background));
     }
     from_rgba(size, &pixels, &form.layout, form.coding, out);
-    Memory { pixels, ..Memory::default() }
+    Buffers { pixels, ..Buffers::default() }
 }
 
 #[cfg(test)]
@@ -62,8 +62,8 @@ mod tests {
             Frame::planar(Planes { form, data: data.clone() }, Vec::new()).expect("even sides")
         };
         let mut planes = vec![7; 3];
-        let spent = fill_planes(&mut planes, frame(FORM), &FORM, None);
-        assert_eq!((planes, spent.planes), (data.clone(), vec![7; 3]));
+        let buffers = fill_planes(&mut planes, frame(FORM), &FORM, None);
+        assert_eq!((planes, buffers.planes), (data.clone(), vec![7; 3]));
         let coding = Coding { matrix: Matrix::Bt709, range: Range::Limited };
         let mut planes = Vec::new();
         fill_planes(&mut planes, frame(Form { coding, ..FORM }), &FORM, None);

@@ -12,9 +12,9 @@ use image::codecs::webp::WebPEncoder;
 use image::{ExtendedColorType, ImageEncoder, ImageError};
 
 use super::place::{Place, Series};
-use super::{Picture, Sink, SinkOptions};
+use super::{Origin, Picture, Sink, SinkOptions};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Rgba, over};
+use crate::frame::{Buffers, Frame, Rgba, over};
 
 /// Quality of JPEG if nobody asked for one: flat areas show no ringing at it.
 const QUALITY: u8 = 90;
@@ -132,13 +132,14 @@ impl Still {
 }
 
 impl Sink for Still {
-    fn write(&mut self, picture: Picture) -> Result<()> {
+    fn write(&mut self, picture: Picture, _: Option<Origin>) -> Result<Buffers> {
         let named = self.place.named();
         if self.written {
             return Err(Error::output(named, "one picture cannot hold a second frame"));
         }
         self.written = true;
-        self.encoder.encode(&picture.frame, self.place.file(), named)
+        self.encoder.encode(&picture.frame, self.place.file(), named)?;
+        Ok(picture.frame.into_buffers())
     }
 
     fn finish(self: Box<Self>) -> Result<()> {
@@ -167,9 +168,10 @@ impl Numbered {
 }
 
 impl Sink for Numbered {
-    fn write(&mut self, picture: Picture) -> Result<()> {
+    fn write(&mut self, picture: Picture, _: Option<Origin>) -> Result<Buffers> {
         let (file, named) = self.series.file()?;
-        self.encoder.encode(&picture.frame, &file, &named)
+        self.encoder.encode(&picture.frame, &file, &named)?;
+        Ok(picture.frame.into_buffers())
     }
 
     fn finish(self: Box<Self>) -> Result<()> {

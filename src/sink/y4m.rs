@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 
 use crate::colour::{Coding, Form, Layout, Range, Sampling, Siting};
 use crate::error::{Error, Result};
-use crate::frame::{Colorimetry, Memory, Rational, check_size};
+use crate::frame::{Buffers, Colorimetry, Rational, check_size};
 use crate::geom::Size;
 use crate::sink::place::Place;
 use crate::sink::planes::fill_planes;
-use crate::sink::{Picture, Sink, SinkOptions};
+use crate::sink::{Needs, Origin, Picture, Sink, SinkOptions};
 use crate::stream::StreamInfo;
 
 /// The rate for frames of varying length that come without one: that of the delays in a GIF.
@@ -31,7 +31,6 @@ pub struct Y4mSink<W> {
     /// The header, until it is written with the first frame.
     header: Option<String>,
     planes: Vec<u8>,
-    spent: Memory,
     rate: Rational,
     /// The number of the next frame, counted from time 0, once there was one.
     next: Option<i64>,
@@ -75,16 +74,12 @@ impl Y4mFile {
 }
 
 impl Sink for Y4mFile {
-    fn write(&mut self, picture: Picture) -> Result<()> {
-        self.stream.write(picture)
+    fn needs(&self) -> Needs {
+        self.stream.needs()
     }
 
-    fn form(&self) -> Option<Form> {
-        self.stream.form()
-    }
-
-    fn spent(&mut self) -> Memory {
-        self.stream.spent()
+    fn write(&mut self, picture: Picture, origin: Option<Origin>) -> Result<Buffers> {
+        self.stream.write(picture, origin)
     }
 
     fn finish(self: Box<Self>) -> Result<()> {
@@ -130,7 +125,6 @@ impl<W: Write + Send> Y4mSink<W> {
             form: Form { layout, coding },
             header,
             planes: Vec::new(),
-            spent: Memory::default(),
             rate,
             next: None,
             end: Rational::ZERO,
@@ -167,7 +161,12 @@ impl<W: Write + Send> Y4mSink<W> {
 }
 
 impl<W: Write + Send> Sink for Y4mSink<W> {
-    fn write(&mut self, picture: Picture) -> Result<()> {
+    fn needs(&self) -> Needs {
+        let form = Some(self.form).filter(|form| form.layout.is_squared());
+        Needs { form, ..Needs::default() }
+    }
+
+    fn write(&mut self, picture: Picture, _: Option<Origin>) -> Result<Buffers> {
         let frame = &picture.frame;
         let size = self.form.layout.size;
         if frame.size() != size {
@@ -176,24 +175,13 @@ impl<W: Write + Send> Sink for Y4mSink<W> {
         }
         let held = self.hold(picture.span.start);
         self.told(held)?;
-        self.spent = fill_planes(&mut self.planes, picture.frame, &self.form, None);
+        let buffers = fill_planes(&mut self.planes, picture.frame, &self.form, None);
         let result = self.put();
         self.next = self.next.map(|next| next + 1);
         let length = picture.span.length.or(self.rate.recip()).unwrap_or(Rational::ZERO);
         self.end = picture.span.start + length;
-        self.told(result)
-    }
-
-    fn form(&self) -> Option<Form> {
-        Some(self.form).filter(|form| form.layout.is_squared())
-    }
-
-    fn feeds_others(&self) -> bool {
-        true
-    }
-
-    fn spent(&mut self) -> Memory {
-        std::mem::take(&mut self.spent)
+        self.told(result)?;
+        Ok(buffers)
     }
 
     fn finish(mut self: Box<Self>) -> Result<()> {
@@ -233,7 +221,7 @@ mod tests {
                 let sink = Y4mSink::new(&mut bytes, Path::new("-"), &info(range), size, sampling);
                 let mut sink = Box::new(sink.expect("a size"));
                 for colour in [[250, 10, 90, 255], [3, 200, 100, 255]] {
-                    sink.write(picture(Frame::filled(size, colour).expect("a size")))
+                    sink.write(picture(Frame::filled(size, colour).expect("a size")), None)
                         .expect("memory");
                 }
                 sink.finish().expect("memory");
@@ -263,7 +251,7 @@ mod tests {
             let frame = Frame::filled(size, [grey, grey, grey, 255]).expect("a size");
             let (start, length) = (Rational::new(start, 1000), Rational::new(length, 1000));
             let span = Span { start, length: Some(length) };
-            sink.write(Picture { span, ..picture(frame) }).expect("memory");
+            sink.write(Picture { span, ..picture(frame) }, None).expect("memory");
         }
         sink.finish().expect("memory");
         let mut source = Y4mSource::new(&bytes[..], Path::new("-")).expect("our header");
@@ -292,7 +280,7 @@ mod tests {
         let mut sink = Y4mSink::new(Gone, Path::new("-"), &info(None), size, Sampling::Yuv420)
             .expect("a size");
         let frame = Frame::filled(size, [0; 4]).expect("a size");
-        assert!(matches!(sink.write(picture(frame)), Err(Error::Closed)));
+        assert!(matches!(sink.write(picture(frame), None), Err(Error::Closed)));
     }
 
     #[test]

@@ -129,7 +129,7 @@ impl Source for Animation {
                 self.time = start + length;
                 self.number += 1;
                 let frame = Frame::from_image(frame.into_buffer())?;
-                return Ok(Some(Decoded { frame, span: Span { start, length: Some(length) } }));
+                return Ok(Some(Decoded::new(frame, Span { start, length: Some(length) })));
             }
             Some(Err(e)) if self.complete => broken(&e, self.format.word()),
             None if self.complete => return Ok(None),

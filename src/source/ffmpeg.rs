@@ -17,7 +17,7 @@ use crate::ffmpeg::child::Child;
 use crate::ffmpeg::command;
 use crate::ffmpeg::nut::NutReader;
 use crate::ffmpeg::probe::{Pixels, Probed, probe};
-use crate::frame::{Frame, Memory, Rational};
+use crate::frame::{Buffers, Frame, Rational};
 use crate::source::decode;
 use crate::source::early::{BUFFER, Early, Frames};
 use crate::source::{Decoded, Input, Sound, Source, SourceOptions};
@@ -140,7 +140,7 @@ impl Video {
             child,
             ahead: None,
             spare: Vec::new(),
-            spent: Memory::default(),
+            buffers: Buffers::default(),
             outcome: None,
             from: Rational::ZERO,
             delivered: 0,
@@ -171,7 +171,7 @@ pub struct VideoSource {
     ahead: Option<Raw>,
     spare: Vec<u8>,
     /// Of a frame that came back.
-    spent: Memory,
+    buffers: Buffers,
     /// How it ended, once it has: what is wrong, if anything.
     outcome: Option<Result<(), String>>,
     /// Frames before this moment are not wanted.
@@ -299,7 +299,7 @@ impl VideoSource {
 
     /// The frame in `data`, in the memory of one that came back.
     fn frame(&mut self, data: Vec<u8>) -> Result<Frame> {
-        let Memory { mut pixels, planes } = std::mem::take(&mut self.spent);
+        let Buffers { mut pixels, planes } = std::mem::take(&mut self.buffers);
         match self.video.probed.track.pixels {
             Pixels::Planar(layout, coding) if layout.is_squared() => {
                 self.spare = planes;
@@ -343,8 +343,8 @@ impl Source for VideoSource {
         }
     }
 
-    fn reuse(&mut self, spent: Frame) {
-        self.spent = spent.into_memory();
+    fn recycle(&mut self, frame: Frame) {
+        self.buffers = frame.into_buffers();
     }
 
     fn next(&mut self) -> Result<Option<Decoded>> {
@@ -362,6 +362,6 @@ impl Source for VideoSource {
         let span = Span { start: raw.start, length: self.length };
         let frame = self.frame(raw.data)?;
         self.delivered += 1;
-        Ok(Some(Decoded { frame, span }))
+        Ok(Some(Decoded::new(frame, span)))
     }
 }

@@ -218,7 +218,7 @@ impl Source for Gif {
                 self.number += 1;
                 let length = (!self.still || delay > 0).then(|| Rational::new(delay.into(), 100));
                 let frame = Frame::new(self.size, self.canvas.clone())?;
-                Ok(Some(Decoded { frame, span: Span { start, length } }))
+                Ok(Some(Decoded::new(frame, Span { start, length })))
             }
             Ok(None) => Ok(None),
             Err(Failure::Decoder(e)) => {

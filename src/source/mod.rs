@@ -9,11 +9,11 @@ mod expand;
 pub mod ffmpeg;
 mod gif;
 mod jpeg;
-mod rehearse;
 mod resize;
 mod sequence;
 mod still;
 mod trim;
+mod warmup;
 mod webp;
 pub mod y4m;
 
@@ -30,9 +30,9 @@ pub use crate::ffmpeg::hang_up;
 
 use crate::ffmpeg::probe::SoundTracks;
 use detect::Kind;
-use rehearse::Rehearsed;
 use resize::Resize;
 use trim::{Part, Trim};
+use warmup::WarmedUp;
 
 /// A frame as it comes from a source.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +41,17 @@ pub struct Decoded {
     pub frame: Frame,
     /// When it is shown.
     pub span: Span,
+    /// Whether it is part of a warm-up pass: it goes through the whole chain, so that the mesh and its
+    /// colours adapt to it, but is neither written nor reported nor counted. Warm-up frames come before all
+    /// others.
+    pub is_warmup: bool,
+}
+
+impl Decoded {
+    /// A frame that is shown in `span`.
+    pub fn new(frame: Frame, span: Span) -> Self {
+        Self { frame, span, is_warmup: false }
+    }
 }
 
 /// A started source: frames in order. Lives on the thread that decodes, and need not be `Send`.
@@ -57,20 +68,13 @@ pub trait Source {
     /// are delivered all the same.
     fn skip_to(&mut self, _start: Rational) {}
 
-    /// Takes back a frame of the stream that nobody needs any more, so that the next one need not ask
-    /// for new memory. Default: it is let go.
-    fn reuse(&mut self, _spent: Frame) {}
+    /// Takes back a frame of the stream that is no longer needed, so that the next one need not allocate.
+    /// Default: it is dropped.
+    fn recycle(&mut self, _frame: Frame) {}
 
     /// Called before each [`Source::next`]: waits until the next frame is due, where frames are played
     /// at a speed. Time spent here is not time at work. Default: it is due at once.
     fn wait(&mut self) {}
-
-    /// Whether the frame delivered last is part of a rehearsal: it goes through the whole chain, so that
-    /// the mesh and its colours learn from it, but is neither written nor reported nor counted.
-    /// Rehearsals come before everything else. Default: there are none.
-    fn rehearses(&self) -> bool {
-        false
-    }
 }
 
 /// What of an input is read, and how. The default reads all of it as it is.
@@ -90,7 +94,7 @@ pub struct SourceOptions {
     /// Whether of a single picture that ends too early its upper part is delivered, before the error
     /// that tells so. Whole frames always are. Default: no.
     pub allow_truncated: bool,
-    /// Whether it is played twice, the first time as a [rehearsal](Source::rehearses): its beginning
+    /// Whether it is played twice, the first time as a [warm-up](Decoded::is_warmup): its beginning
     /// then goes on from its end. No effect on a still. Default: no.
     pub looped: bool,
     /// The ffmpeg program that reads video. Default: the one that the system finds.
@@ -215,7 +219,7 @@ pub fn open(inputs: &[String], options: &SourceOptions) -> Result<Input> {
     }
     let input = recognised(inputs, part, options)?;
     let input = resized(trimmed(input, part), options);
-    if options.looped { rehearsed(input, options.allow_truncated) } else { Ok(input) }
+    if options.looped { warmed_up(input, options.allow_truncated) } else { Ok(input) }
 }
 
 /// The files that `inputs` name, as [`open`] finds them, each to be opened by itself.
@@ -283,7 +287,7 @@ fn resized(input: Input, options: &SourceOptions) -> Input {
     Input { info, start, ..input }
 }
 
-fn rehearsed(input: Input, allow_truncated: bool) -> Result<Input> {
+fn warmed_up(input: Input, allow_truncated: bool) -> Result<Input> {
     if input.info.still {
         return Ok(input);
     }
@@ -296,7 +300,7 @@ fn rehearsed(input: Input, allow_truncated: bool) -> Result<Input> {
     let Input { start, .. } = input;
     let starter = Arc::new(Mutex::new(start));
     let start = Box::new(move || {
-        Ok(Box::new(Rehearsed::new(starter.clone(), allow_truncated)?) as Box<dyn Source>)
+        Ok(Box::new(WarmedUp::new(starter.clone(), allow_truncated)?) as Box<dyn Source>)
     });
     Ok(Input { start, ..input })
 }

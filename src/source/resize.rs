@@ -78,10 +78,11 @@ impl Source for Resize {
     }
 
     fn next(&mut self) -> Result<Option<Decoded>> {
-        let Some(decoded) = self.inner.next()? else { return Ok(None) };
+        let Some(mut decoded) = self.inner.next()? else { return Ok(None) };
         let frame = self.scaler.resize(&decoded.frame)?;
-        self.inner.reuse(decoded.frame);
-        Ok(Some(Decoded { frame, span: decoded.span }))
+        let source = std::mem::replace(&mut decoded.frame, frame);
+        self.inner.recycle(source);
+        Ok(Some(decoded))
     }
 }
 

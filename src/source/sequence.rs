@@ -161,7 +161,7 @@ impl Source for Sequence {
             }
             self.cut = cut;
             let span = Span { start: Rational::ZERO, length: None };
-            return Ok(Some(Decoded { frame, span }));
+            return Ok(Some(Decoded::new(frame, span)));
         };
         let frame = picture(path)
             .and_then(|format| still::decode(path, format))
@@ -169,6 +169,6 @@ impl Source for Sequence {
         // The file may have changed since its header was read.
         same_size(path, number, frame.size(), &self.paths[0], self.size)?;
         let start = length * Rational::new(number as i64, 1);
-        Ok(Some(Decoded { frame, span: Span { start, length: Some(length) } }))
+        Ok(Some(Decoded::new(frame, Span { start, length: Some(length) })))
     }
 }

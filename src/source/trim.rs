@@ -128,8 +128,8 @@ impl Trim {
 }
 
 impl Source for Trim {
-    fn reuse(&mut self, spent: Frame) {
-        self.inner.reuse(spent);
+    fn recycle(&mut self, frame: Frame) {
+        self.inner.recycle(frame);
     }
 
     fn skip_to(&mut self, start: Rational) {
@@ -145,14 +145,16 @@ impl Source for Trim {
             return Ok(None);
         }
         loop {
-            let Some(Decoded { frame, span }) = self.inner.next()? else { return self.end() };
+            let Some(Decoded { frame, span, is_warmup }) = self.inner.next()? else {
+                return self.end();
+            };
             if self.part.end.is_some_and(|end| span.start >= end) {
                 return self.end();
             }
             if span.start >= self.part.start {
                 self.delivered += 1;
                 let span = Span { start: span.start - self.part.start, ..span };
-                return Ok(Some(Decoded { frame, span }));
+                return Ok(Some(Decoded { frame, span, is_warmup }));
             }
         }
     }

@@ -14,7 +14,7 @@ use image::imageops::{self, FilterType};
 
 use crate::colour::{Coding, Form, Layout, Planes, Sampling, Siting, to_rgba};
 use crate::error::{Error, Result};
-use crate::frame::{Colorimetry, Frame, Memory, Rational, check_size};
+use crate::frame::{Buffers, Colorimetry, Frame, Rational, check_size};
 use crate::geom::Size;
 use crate::source::{Decoded, Input, Source, detect};
 use crate::stream::{Loops, Span, StreamInfo};
@@ -36,7 +36,7 @@ pub struct Y4mSource<R> {
     header: Header,
     planes: Vec<u8>,
     /// Of a frame that came back.
-    spent: Memory,
+    buffers: Buffers,
     count: u64,
     /// Frames before this moment are not wanted.
     from: Rational,
@@ -158,7 +158,7 @@ impl<R: Read> Y4mSource<R> {
             info,
             header,
             planes: Vec::new(),
-            spent: Memory::default(),
+            buffers: Buffers::default(),
             count: 0,
             from: Rational::ZERO,
         })
@@ -191,8 +191,8 @@ impl<R: Read> Source for Y4mSource<R> {
         self.from = start;
     }
 
-    fn reuse(&mut self, spent: Frame) {
-        self.spent = spent.into_memory();
+    fn recycle(&mut self, frame: Frame) {
+        self.buffers = frame.into_buffers();
     }
 
     fn next(&mut self) -> Result<Option<Decoded>> {
@@ -211,7 +211,7 @@ impl<R: Read> Source for Y4mSource<R> {
         let layout = self.header.layout;
         let coding =
             Coding::of(self.info.colour.as_ref().unwrap_or(&Colorimetry::default()), layout.size);
-        let Memory { mut pixels, planes } = std::mem::take(&mut self.spent);
+        let Buffers { mut pixels, planes } = std::mem::take(&mut self.buffers);
         let mut frame = if layout.is_squared() {
             let data = std::mem::replace(&mut self.planes, planes);
             Frame::planar(Planes { form: Form { layout, coding }, data }, pixels)?
@@ -227,7 +227,7 @@ impl<R: Read> Source for Y4mSource<R> {
         }
         let span = Span { start, length };
         self.count += 1;
-        Ok(Some(Decoded { frame, span }))
+        Ok(Some(Decoded::new(frame, span)))
     }
 }
 
@@ -372,7 +372,7 @@ mod tests {
         let mut source = open(&film).expect("fine");
         let first = next(&mut source);
         let memory = first.frame.pixels().as_ptr();
-        source.reuse(first.frame);
+        source.recycle(first.frame);
         let again = next(&mut source);
         assert_eq!(again.frame, second.frame);
         assert_eq!(again.frame.pixels().as_ptr(), memory);

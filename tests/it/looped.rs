@@ -5,12 +5,12 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 use polyreel::error::Result;
-use polyreel::frame::Frame;
+use polyreel::frame::{Buffers, Frame};
 use polyreel::geom::Size;
 use polyreel::options::{Options, Points};
 use polyreel::pipeline::{self, Ending, FrameReport, Observer, Settings, Stop, Summary};
 use polyreel::render::Renderer;
-use polyreel::sink::{Picture, Sink};
+use polyreel::sink::{Origin, Picture, Sink};
 use polyreel::source::{self, Source, SourceOptions};
 
 const SIZE: Size = Size::new(192, 128);
@@ -49,9 +49,9 @@ fn options() -> Options {
 struct Keep(Arc<Mutex<Vec<Picture>>>);
 
 impl Sink for Keep {
-    fn write(&mut self, picture: Picture) -> Result<()> {
+    fn write(&mut self, picture: Picture, _: Option<Origin>) -> Result<Buffers> {
         self.0.lock().expect("nobody panicked").push(picture);
-        Ok(())
+        Ok(Buffers::default())
     }
 
     fn finish(self: Box<Self>) -> Result<()> {
@@ -179,7 +179,7 @@ fn a_still_is_read_once() {
     let wanted = SourceOptions { looped: true, ..SourceOptions::default() };
     let still = folder.path().join("00.png").display().to_string();
     let mut source = source::open(&[still], &wanted).expect("an input").start().expect("starts");
-    assert!(source.next().expect("a frame").is_some());
-    assert!(!source.rehearses());
+    let frame = source.next().expect("a frame").expect("one frame");
+    assert!(!frame.is_warmup);
     assert!(source.next().expect("an end").is_none());
 }

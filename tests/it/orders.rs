@@ -4,12 +4,12 @@
 use std::sync::{Arc, Mutex};
 
 use polyreel::error::Result;
-use polyreel::frame::{Frame, Rational};
+use polyreel::frame::{Buffers, Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::options::{Colour, Detail, Look, Method, Options, Points, Quality, Steps, Target};
 use polyreel::pipeline::{Controls, Settings, Stop, run};
 use polyreel::render::{Rendered, Renderer};
-use polyreel::sink::{Picture, Sink};
+use polyreel::sink::{Origin, Picture, Sink};
 use polyreel::source::{Decoded, Source};
 use polyreel::stream::Span;
 
@@ -50,16 +50,16 @@ impl Source for Film {
         let start = Rational::new(self.next as i64, 25);
         self.next += 1;
         let span = Span { start, length: Some(Rational::new(1, 25)) };
-        Ok(Some(Decoded { frame: frame(self.next - 1), span }))
+        Ok(Some(Decoded::new(frame(self.next - 1), span)))
     }
 }
 
 struct Keep(Arc<Mutex<Vec<Frame>>>);
 
 impl Sink for Keep {
-    fn write(&mut self, picture: Picture) -> Result<()> {
+    fn write(&mut self, picture: Picture, _: Option<Origin>) -> Result<Buffers> {
         self.0.lock().expect("the lock").push(picture.frame);
-        Ok(())
+        Ok(Buffers::default())
     }
 
     fn finish(self: Box<Self>) -> Result<()> {

@@ -8,12 +8,12 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use polyreel::error::{Error, Result};
-use polyreel::frame::{Frame, Rational};
+use polyreel::frame::{Buffers, Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::options::{Options, Points};
 use polyreel::pipeline::{Ending, FrameReport, IN_FLIGHT, Observer, Settings, Stop, Summary, run};
 use polyreel::render::Renderer;
-use polyreel::sink::{Picture, Sink};
+use polyreel::sink::{Origin, Picture, Sink};
 use polyreel::source::{Decoded, Source};
 use polyreel::stage::Stage;
 use polyreel::stream::Span;
@@ -31,10 +31,8 @@ fn frame(index: u64) -> Decoded {
         }
     });
     let start = Rational::new(index as i64, 25);
-    Decoded {
-        frame: Frame::new(size, pixels.collect()).expect("a small frame"),
-        span: Span { start, length: Some(Rational::new(1, 25)) },
-    }
+    let frame = Frame::new(size, pixels.collect()).expect("a small frame");
+    Decoded::new(frame, Span { start, length: Some(Rational::new(1, 25)) })
 }
 
 /// What happens at a frame instead of what should.
@@ -78,7 +76,7 @@ struct StubSource {
 }
 
 impl Source for StubSource {
-    fn reuse(&mut self, spent: Frame) {
+    fn recycle(&mut self, spent: Frame) {
         self.log.spent.lock().expect("the lock").push(spent);
     }
 
@@ -103,13 +101,13 @@ struct StubSink {
 }
 
 impl Sink for StubSink {
-    fn write(&mut self, picture: Picture) -> Result<()> {
+    fn write(&mut self, picture: Picture, _: Option<Origin>) -> Result<Buffers> {
         std::thread::sleep(self.pace);
         match self.mishap {
             Some((at, mishap)) if at == self.log.written() => Err(happen(mishap)),
             _ => {
                 self.log.pictures.lock().expect("the lock").push(picture);
-                Ok(())
+                Ok(Buffers::default())
             }
         }
     }
@@ -202,7 +200,7 @@ fn oracle(options: &Options, frames: u64) -> Vec<Picture> {
     let mut renderer = Renderer::new(options).expect("sound options");
     (0..frames)
         .map(|index| {
-            let Decoded { frame, span } = frame(index);
+            let Decoded { frame, span, .. } = frame(index);
             let painting = renderer.render(&frame).expect("renders").painting;
             Picture { frame: painting.frame, fills: painting.fills, span }
         })

@@ -7,12 +7,12 @@ use polyreel::colour::{
     Coding, Form, Layout, Matrix, Planes, Range, Sampling, Siting, from_rgba, to_rgba,
 };
 use polyreel::error::Result;
-use polyreel::frame::{Frame, Rational};
+use polyreel::frame::{Buffers, Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::options::{Edges, Options, Points};
 use polyreel::pipeline::{Settings, Stop, run};
 use polyreel::render::{Rendered, Renderer};
-use polyreel::sink::{Picture, Sink};
+use polyreel::sink::{Needs, Origin, Picture, Sink};
 use polyreel::source::{Decoded, Source};
 use polyreel::stream::Span;
 
@@ -60,7 +60,7 @@ struct Film(std::vec::IntoIter<Frame>);
 impl Source for Film {
     fn next(&mut self) -> Result<Option<Decoded>> {
         let span = Span { start: Rational::new(self.0.len() as i64, 1), length: None };
-        Ok(self.0.next().map(|frame| Decoded { frame, span }))
+        Ok(self.0.next().map(|frame| Decoded::new(frame, span)))
     }
 }
 
@@ -68,13 +68,13 @@ impl Source for Film {
 struct Screen(Arc<Mutex<Vec<Frame>>>);
 
 impl Sink for Screen {
-    fn form(&self) -> Option<Form> {
-        Some(FORM)
+    fn needs(&self) -> Needs {
+        Needs { form: Some(FORM), ..Needs::default() }
     }
 
-    fn write(&mut self, picture: Picture) -> Result<()> {
+    fn write(&mut self, picture: Picture, _: Option<Origin>) -> Result<Buffers> {
         self.0.lock().expect("the lock").push(picture.frame);
-        Ok(())
+        Ok(Buffers::default())
     }
 
     fn finish(self: Box<Self>) -> Result<()> {

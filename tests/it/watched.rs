@@ -4,12 +4,12 @@
 use std::sync::{Arc, Mutex};
 
 use polyreel::error::Result;
-use polyreel::frame::{Frame, Rational};
+use polyreel::frame::{Buffers, Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::options::{Edges, Options, Points};
 use polyreel::pipeline::{self, Settings, Stop};
 use polyreel::rasterise::rasterise;
-use polyreel::sink::{Origin, Picture, Sink};
+use polyreel::sink::{Needs, Origin, Picture, Sink};
 use polyreel::source::{Decoded, Source};
 use polyreel::stream::Span;
 
@@ -38,7 +38,7 @@ impl Source for Slow {
         self.given += 1;
         let start = Rational::new(self.given as i64, 10);
         let span = Span { start, length: None };
-        Ok((self.given <= 3).then(|| Decoded { frame: frame(self.given), span }))
+        Ok((self.given <= 3).then(|| Decoded::new(frame(self.given), span)))
     }
 }
 
@@ -51,18 +51,13 @@ struct Watching {
 }
 
 impl Sink for Watching {
-    fn write(&mut self, picture: Picture) -> Result<()> {
-        self.seen.lock().expect("nobody panicked").push((picture, None));
-        Ok(())
+    fn needs(&self) -> Needs {
+        Needs { origin: self.wants, ..Needs::default() }
     }
 
-    fn wants_origin(&self) -> bool {
-        self.wants
-    }
-
-    fn write_with_origin(&mut self, picture: Picture, origin: Origin) -> Result<()> {
-        self.seen.lock().expect("nobody panicked").push((picture, Some(origin)));
-        Ok(())
+    fn write(&mut self, picture: Picture, origin: Option<Origin>) -> Result<Buffers> {
+        self.seen.lock().expect("nobody panicked").push((picture, origin));
+        Ok(Buffers::default())
     }
 
     fn finish(self: Box<Self>) -> Result<()> {

@@ -101,8 +101,10 @@ pub(crate) fn copy(path: &Path, to: &Path, most: usize) -> Vec<String> {
     let (warnings, mut sink) = (sink.warnings().to_vec(), Box::new(sink));
     let mut source = video.start().expect("ffmpeg starts");
     for _ in 0..most {
-        let Some(Decoded { frame, span }) = source.next().expect("a sound video") else { break };
-        sink.write(Picture { frame, fills: vec![], span }).expect("it is encoded");
+        let Some(Decoded { frame, span, .. }) = source.next().expect("a sound video") else {
+            break;
+        };
+        sink.write(Picture { frame, fills: vec![], span }, None).expect("it is encoded");
     }
     sink.finish().expect("it is complete");
     let check = Command::new("ffmpeg")

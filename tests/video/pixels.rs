@@ -85,7 +85,7 @@ fn rgb_pictures_become_tagged_video() {
     };
     let mut sink = Box::new(VideoSink::create(&out, spec, &fast()).expect("an encoder"));
     for i in 0..5 {
-        sink.write(flat(Size::new(64, 64), i)).expect("encoded");
+        sink.write(flat(Size::new(64, 64), i), None).expect("encoded");
     }
     sink.finish().expect("complete");
     assert_eq!(ask(&out, "v:0", "stream=color_space,color_primaries"), ["bt709,bt709"]);
@@ -201,8 +201,8 @@ fn y4m_goes_to_and_from_ffmpeg() {
         let file = std::fs::File::create(&out).expect("a file");
         let mut sink =
             Box::new(Y4mSink::new(file, &out, &info, info.size, sampling).expect("a sink"));
-        for Decoded { frame, span } in frames {
-            sink.write(Picture { frame, fills: vec![], span }).expect("written");
+        for Decoded { frame, span, .. } in frames {
+            sink.write(Picture { frame, fills: vec![], span }, None).expect("written");
         }
         sink.finish().expect("complete");
         assert_eq!(

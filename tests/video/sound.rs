@@ -68,9 +68,9 @@ fn sound_of_a_part_starts_with_it() {
         let start = Rational::new(1, 1);
         spec.sound = Some(Sound::new(&clip, start, true));
         let mut sink = Box::new(VideoSink::create(&out, spec, &fast()).expect("an encoder"));
-        for Decoded { frame, span } in frames.into_iter().skip(25).take(25) {
+        for Decoded { frame, span, .. } in frames.into_iter().skip(25).take(25) {
             let span = Span { start: span.start - start, ..span };
-            sink.write(Picture { frame, fills: vec![], span }).expect("it is encoded");
+            sink.write(Picture { frame, fills: vec![], span }, None).expect("it is encoded");
         }
         sink.finish().expect("complete");
         let (first, end) = sound(&out).expect("sound");

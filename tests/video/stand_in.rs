@@ -35,7 +35,7 @@ fn encoder(dir: &TempDir, ffmpeg: PathBuf, ffmpeg_args: &[&str]) -> Box<VideoSin
 /// Encodes until something goes wrong; what went wrong. Nothing may be left of the output.
 fn encode_with(dir: &TempDir, ffmpeg: PathBuf, ffmpeg_args: &[&str]) -> Error {
     let mut sink = encoder(dir, ffmpeg, ffmpeg_args);
-    let written = (0..200).try_for_each(|i| sink.write(flat(SIZE, i)));
+    let written = (0..200).try_for_each(|i| sink.write(flat(SIZE, i), None).map(drop));
     let error = match written {
         Ok(()) => sink.finish().expect_err("it cannot succeed"),
         Err(error) => {
@@ -61,7 +61,7 @@ fn the_encoder_gives_way() {
     // Begun before it is made nicer; what it begins later is as nice.
     let script = format!("cat >/dev/null; nice >'{}'; exit 1", told.display());
     let mut sink = encoder(&dir, stand_in(&dir, &script), &[]);
-    sink.write(flat(SIZE, 0)).expect("it reads");
+    sink.write(flat(SIZE, 0), None).expect("it reads");
     sink.finish().expect_err("it writes nothing");
     let ours = std::process::Command::new("nice").output().expect("coreutils").stdout;
     let nice = |text: &str| text.trim().parse::<i32>().expect("a number");

@@ -74,7 +74,7 @@ fn codecs_by_name() {
         let video = VideoOptions { codec: Some(codec.into()), ..VideoOptions::default() };
         let options = SinkOptions { overwrite: true, video, ..SinkOptions::default() };
         let mut sink = Box::new(VideoSink::create(&out, spec, &options).expect(codec));
-        (0..5).for_each(|i| sink.write(flat(size, i)).expect(codec));
+        (0..5).for_each(|i| drop(sink.write(flat(size, i), None).expect(codec)));
         sink.finish().expect(codec);
         assert_eq!(ask(&out, "v:0", "stream=codec_name"), [name]);
         assert!(apart(&times(&out), &[0.0, 0.1, 0.2, 0.3, 0.4]) < 0.001, "{codec}");
@@ -103,7 +103,7 @@ fn a_long_last_frame_stays_long() {
             let picture = flat(size, i);
             let length = if i == 7 { Rational::new(5, 2) } else { Rational::new(1, 10) };
             let span = Span { length: Some(length), ..picture.span };
-            sink.write(Picture { span, ..picture }).expect("encoded");
+            sink.write(Picture { span, ..picture }, None).expect("encoded");
         }
         sink.finish().expect("complete");
         let length: f64 = ask(&out, "v:0", "format=duration")[0].parse().expect("a time");

@@ -10,7 +10,7 @@
 use rayon::prelude::*;
 
 use crate::colour::{Form, Planes};
-use crate::frame::{Frame, Memory, Rgba};
+use crate::frame::{Buffers, Frame, Rgba};
 use crate::geom::Size;
 use crate::vector::widest;
 
@@ -32,13 +32,13 @@ pub struct Call {
     /// In 1/128.
     share: i16,
     /// To be filled.
-    memory: Memory,
+    memory: Buffers,
 }
 
 impl Call {
     /// Asks for an echo as strong as `coherence`, 0 to 1, says; `memory` is used again for it. `None`
     /// where that is none at all.
-    pub fn new(coherence: f64, memory: Memory) -> Option<Self> {
+    pub fn new(coherence: f64, memory: Buffers) -> Option<Self> {
         let share = (MOST * coherence * ONE).round() as i16;
         (share > 0).then_some(Self { share, memory })
     }
@@ -95,7 +95,7 @@ pub struct Echo {
     /// That of the planes, where they tell it, not pixels.
     form: Option<Form>,
     /// [`NOTHING`] and the difference, which ends at as much either way; alpha's is none.
-    off: Memory,
+    off: Buffers,
 }
 
 impl Echo {
@@ -109,7 +109,7 @@ impl Echo {
         {
             return None;
         }
-        let Memory { mut pixels, planes: mut data } = self.off;
+        let Buffers { mut pixels, planes: mut data } = self.off;
         if let Some(planes) = planes {
             add(&mut data, &planes.data);
             return Frame::planar(Planes { form: planes.form, data }, pixels).ok();
@@ -119,7 +119,7 @@ impl Echo {
     }
 
     /// Its memory.
-    pub(crate) fn into_memory(self) -> Memory {
+    pub(crate) fn into_buffers(self) -> Buffers {
         self.off
     }
 }
@@ -150,7 +150,7 @@ mod tests {
 
     fn echo(painted: &Frame, source: &Frame, coherence: f64) -> Option<Echo> {
         // What it was used for before does not matter.
-        let memory = Memory { pixels: vec![[7; 4]; 5], planes: vec![7; 3] };
+        let memory = Buffers { pixels: vec![[7; 4]; 5], planes: vec![7; 3] };
         let mut call = Call::new(coherence, memory)?;
         if let (Some(painted), Some(source)) = (painted.planes(), source.planes()) {
             let (room, hearing) = call.room_of_planes(source.data.len());

@@ -5,7 +5,7 @@ mod planar;
 use image::RgbaImage;
 
 pub use crate::colour::{Colorimetry, Rgba};
-pub use planar::Memory;
+pub use planar::Buffers;
 
 use crate::colour::Planes;
 use crate::error::{Error, Result};

@@ -257,9 +257,9 @@ impl Mesher {
         Ok(self.refiner.refine_while(mesh, frame, &looking, &mut watch))
     }
 
-    /// Takes back a mesh that is no longer needed: see [`Sampler::reuse`].
-    pub fn reuse(&mut self, spent: Mesh) {
-        self.sampler.reuse(spent);
+    /// Takes back a mesh that is no longer needed: see [`Sampler::recycle`].
+    pub fn recycle(&mut self, mesh: Mesh) {
+        self.sampler.recycle(mesh);
     }
 
     /// Takes up the mesh for the next frame: see [`Sampler::remember`].

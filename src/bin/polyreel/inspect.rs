@@ -176,7 +176,7 @@ fn write(
     let mut sink = sink::create(name, info, options)?;
     let fills = fills_of(&pixels);
     let span = Span { start: Rational::ZERO, length: None };
-    sink.write(Picture { frame: Frame::new(size, pixels)?, fills, span })?;
+    sink.write(Picture { frame: Frame::new(size, pixels)?, fills, span }, None)?;
     sink.finish()
 }
 

@@ -44,7 +44,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         args.run.preview.then(|| Beside::open(&args.input.inputs, &info, controls.clone()));
     let window = window.transpose()?;
     let sink = sink::create(output, &info, &sink_options(args, &options, &input)?)?;
-    sink.adapt(&mut options);
+    sink.needs().adapt(&mut options);
     let mut warnings = sink.warnings().to_vec();
     if !args.run.quiet {
         warnings.iter().for_each(|warning| eprintln!("polyreel: warning: {warning}"));

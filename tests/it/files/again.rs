@@ -19,7 +19,7 @@ fn write(file: &str) {
     let mut sink = sink::create(file, &info, &SinkOptions::default()).expect("a sink");
     for t in 0..10 {
         let span = Span { start: Rational::new(t.into(), 10), length: Some(tenth) };
-        sink.write(given::picture(frame(t), span)).expect("written");
+        sink.write(given::picture(frame(t), span), None).expect("written");
     }
     sink.finish().expect("finished");
 }

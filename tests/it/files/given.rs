@@ -126,7 +126,7 @@ pub(crate) fn write(
     let mut start = Rational::ZERO;
     for (frame, &delay) in frames.iter().zip(hundredths.iter().cycle()) {
         let length = Rational::new(delay, 100);
-        sink.write(picture(frame.clone(), Span { start, length: Some(length) }))?;
+        sink.write(picture(frame.clone(), Span { start, length: Some(length) }), None)?;
         start = start + length;
     }
     sink.finish()
@@ -134,7 +134,7 @@ pub(crate) fn write(
 
 pub(crate) fn write_still(output: &str, frame: &Frame) -> Result<()> {
     let mut sink = sink::create(output, &info(frame.size(), 1), &SinkOptions::default())?;
-    sink.write(picture(frame.clone(), still_span()))?;
+    sink.write(picture(frame.clone(), still_span()), None)?;
     sink.finish()
 }
 

@@ -56,7 +56,7 @@ fn sinks_that_are_dropped_leave_nothing() {
         )
         .expect("a sink");
         for _ in 0..frames {
-            sink.write(picture(frame.clone(), still_span())).expect("written");
+            sink.write(picture(frame.clone(), still_span()), None).expect("written");
         }
         drop(sink);
         assert_eq!(listed(folder.path()), [""; 0], "{output}");
@@ -69,7 +69,7 @@ fn null_takes_a_video_as_planes_and_all_else_as_pixels() {
     let size = Size::new(64, 48);
     let form = |info: &StreamInfo| {
         let sink = sink::create("null:", info, &SinkOptions::default()).expect("nothing can fail");
-        sink.form()
+        sink.needs().form
     };
     let pixels = info(size, 9);
     assert_eq!(form(&pixels), None);

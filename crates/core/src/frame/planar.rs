@@ -13,17 +13,17 @@ use crate::error::{Error, Result};
 /// Rows that are one piece of work.
 const PACK: usize = 64;
 
-/// Memory of frames that are no longer needed, to be filled again.
+/// Buffers of frames that are no longer needed, to be filled again.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Memory {
+pub struct Buffers {
     /// Of pixels.
     pub pixels: Vec<Rgba>,
     /// Of planes.
     pub planes: Vec<u8>,
 }
 
-impl Memory {
-    /// Whether there is none.
+impl Buffers {
+    /// Whether both are empty.
     pub fn is_empty(&self) -> bool {
         self.pixels.is_empty() && self.planes.is_empty()
     }
@@ -70,11 +70,11 @@ impl Pixels {
     /// They themselves.
     pub(super) fn into_vec(self, planes: Option<&Planes>) -> Vec<Rgba> {
         self.of(planes);
-        self.into_memory()
+        self.into_buffers()
     }
 
     /// Their memory, whether they were made or not.
-    pub(super) fn into_memory(self) -> Vec<Rgba> {
+    pub(super) fn into_buffers(self) -> Vec<Rgba> {
         let room = self.room.into_inner().unwrap_or_else(PoisonError::into_inner);
         self.made.into_inner().unwrap_or(room)
     }
@@ -178,9 +178,9 @@ impl Frame {
     }
 
     /// The memory of a frame that is no longer needed.
-    pub fn into_memory(self) -> Memory {
-        Memory {
-            pixels: self.pixels.into_memory(),
+    pub fn into_buffers(self) -> Buffers {
+        Buffers {
+            pixels: self.pixels.into_buffers(),
             planes: self.planes.map(|planes| planes.data).unwrap_or_default(),
         }
     }
@@ -214,7 +214,7 @@ mod tests {
             frame,
             Frame::new(planes.form.layout.size, pixels.clone()).expect("a small frame")
         );
-        assert_eq!(frame.into_memory(), Memory { pixels, planes: planes.data });
+        assert_eq!(frame.into_buffers(), Buffers { pixels, planes: planes.data });
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::soften::Softener;
 use super::style::Style;
 use crate::colour::{Form, Planes};
 use crate::echo::{Call, Echo};
-use crate::frame::{Fill, Frame, Memory, Rgba};
+use crate::frame::{Buffers, Fill, Frame, Rgba};
 use crate::mesh::Mesh;
 use crate::options::Edges;
 use crate::scan::runs::{BAND, Bands};
@@ -16,7 +16,7 @@ use crate::scan::runs::{BAND, Bands};
 /// Memory to paint in, and how the picture is wanted.
 #[derive(Debug)]
 pub(super) struct Canvas<'a> {
-    pub(super) memory: &'a mut Memory,
+    pub(super) memory: &'a mut Buffers,
     pub(super) bands: &'a mut Bands,
     pub(super) easels: &'a mut Easels,
     pub(super) softener: &'a mut Softener,

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::colour::Form;
 use crate::echo::{Call, Echo};
-use crate::frame::{Fill, Frame, Memory, Rgba};
+use crate::frame::{Buffers, Fill, Frame, Rgba};
 use crate::geom::Point;
 use crate::mesh::Mesh;
 use crate::options::{Edges, Options};
@@ -59,7 +59,7 @@ pub struct Painter {
     colours: Colours,
     form: Option<Form>,
     /// Of pictures that are no longer needed.
-    spent: Memory,
+    buffers: Buffers,
     bands: Bands,
     easels: Easels,
     softener: Softener,
@@ -74,7 +74,7 @@ impl Painter {
             coherence: options.coherence,
             colours: Colours::default(),
             form: None,
-            spent: Memory::default(),
+            buffers: Buffers::default(),
             bands: Bands::default(),
             easels: Easels::default(),
             softener: Softener::default(),
@@ -88,14 +88,14 @@ impl Painter {
         self
     }
 
-    /// Takes the memory of a picture that is no longer needed: the next one is painted in it.
-    pub fn reuse(&mut self, spent: Memory) {
-        let Memory { pixels, planes } = spent;
+    /// Takes back the buffers of a picture that is no longer needed: the next one is painted in them.
+    pub fn recycle(&mut self, buffers: Buffers) {
+        let Buffers { pixels, planes } = buffers;
         if !pixels.is_empty() {
-            self.spent.pixels = pixels;
+            self.buffers.pixels = pixels;
         }
         if !planes.is_empty() {
-            self.spent.planes = planes;
+            self.buffers.planes = planes;
         }
     }
 
@@ -133,7 +133,7 @@ impl Painter {
             self.colours.steady(mesh, &mut fills, self.coherence);
         }
         let mut canvas = Canvas {
-            memory: &mut self.spent,
+            memory: &mut self.buffers,
             bands: &mut self.bands,
             easels: &mut self.easels,
             form: self.form.filter(|form| form.layout.size == mesh.size),
@@ -152,7 +152,7 @@ impl Painter {
 /// quarter of a triangle is seen, and that is rather opaque than not, it is transparent, and the other way round: a
 /// figure that is cut out has no haze around it. Mesh and frame must have one size.
 pub fn rasterise(mesh: &Mesh, frame: &Frame, edges: Edges, outline: Option<Rgba>) -> Painting {
-    let (memory, bands) = (&mut Memory::default(), &mut Bands::default());
+    let (memory, bands) = (&mut Buffers::default(), &mut Bands::default());
     let (easels, softener) = (&mut Easels::default(), &mut Softener::default());
     let mut canvas = Canvas { memory, bands, easels, softener, form: None };
     canvas.paint(mesh, means(mesh, frame), &Style::plain(edges, outline), (None, |_| ()))

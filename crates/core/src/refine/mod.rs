@@ -40,7 +40,7 @@ mod thin;
 mod worth;
 
 use crate::echo::{Call, Echo};
-use crate::frame::{Fill, Frame, Memory};
+use crate::frame::{Buffers, Fill, Frame};
 use crate::mesh::Mesh;
 use cell::cell_error;
 use rest::Rest;
@@ -160,7 +160,7 @@ pub struct Refiner {
     surface: Surface,
     stepper: Stepper,
     /// Of frames that nobody needs any more.
-    spent: Memory,
+    spent: Buffers,
     /// The stripe of vertices that comes next where a step is done in part.
     stripe: u32,
     /// Where the picture is [tended](Refiner::tend) next.
@@ -273,7 +273,7 @@ impl Refiner {
             self.surface.measure(&self.rows);
             let refined = self.run(mesh, frame, options, carried, None);
             if let Some(wanted) = wanted {
-                self.spent = wanted.into_memory();
+                self.spent = wanted.into_buffers();
             }
             refined
         })
@@ -286,7 +286,7 @@ impl Refiner {
 
     /// Takes up the memory of an `echo` that is not needed.
     pub fn pass_over(&mut self, echo: Echo) {
-        self.spent = echo.into_memory();
+        self.spent = echo.into_buffers();
     }
 
     /// The steps; `carried` says that triangles and half-edges are those of the frame before.

@@ -59,7 +59,7 @@ pub struct Sampler {
     /// The mesh that the frame before ended with.
     living: Option<Mesh>,
     /// One that is no longer needed, to be written anew.
-    spent: Option<Mesh>,
+    recycled: Option<Mesh>,
     carrier: Carrier,
     /// Where its seeds were.
     before: Vec<Point>,
@@ -77,7 +77,7 @@ impl Sampler {
         Self {
             options: options.clone(),
             living: None,
-            spent: None,
+            recycled: None,
             carrier: Carrier::default(),
             before: Vec::new(),
             seeds: Detail::FULL.seeds,
@@ -144,9 +144,9 @@ impl Sampler {
         }
     }
 
-    /// Takes back a mesh that is no longer needed: a later one is written in its memory.
-    pub fn reuse(&mut self, spent: Mesh) {
-        self.spent = Some(spent);
+    /// Takes back a mesh that is no longer needed: a later one is written in its buffers.
+    pub fn recycle(&mut self, mesh: Mesh) {
+        self.recycled = Some(mesh);
     }
 
     /// Takes up the mesh that a frame ended with, for the next one to start from. `fresh` says that its
@@ -155,7 +155,7 @@ impl Sampler {
     pub fn remember(&mut self, mesh: &Mesh, fresh: bool, replaced: &[u32]) -> Life {
         let seeds = mesh.seeds();
         if self.options.coherence > 0.0 {
-            self.living = Some(match self.spent.take() {
+            self.living = Some(match self.recycled.take() {
                 Some(mut living) => {
                     living.clone_from(mesh);
                     living

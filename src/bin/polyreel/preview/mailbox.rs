@@ -6,10 +6,9 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use polyreel::error::Result;
-use polyreel::frame::Frame;
-use polyreel::options::Options;
+use polyreel::frame::{Buffers, Frame};
 use polyreel::pipeline::FrameReport;
-use polyreel::sink::{Origin, Picture, Sink};
+use polyreel::sink::{Needs, Origin, Picture, Sink};
 use polyreel::stream::Span;
 
 use super::playback::Deck;
@@ -118,21 +117,18 @@ pub(super) struct Screen {
 }
 
 impl Sink for Screen {
-    fn write(&mut self, _: Picture) -> Result<()> {
-        // Not called: see below.
-        Ok(())
+    fn needs(&self) -> Needs {
+        Needs { origin: true, ..Needs::default() }
     }
 
-    fn wants_origin(&self) -> bool {
-        true
-    }
-
-    fn write_with_origin(&mut self, picture: Picture, origin: Origin) -> Result<()> {
+    fn write(&mut self, picture: Picture, origin: Option<Origin>) -> Result<Buffers> {
         self.recorder.write(&picture);
         let Picture { frame, span, .. } = picture;
-        self.mailbox.bring(Shown { frame, origin, span });
+        if let Some(origin) = origin {
+            self.mailbox.bring(Shown { frame, origin, span });
+        }
         self.deck.arrived();
-        Ok(())
+        Ok(Buffers::default())
     }
 
     fn finish(self: Box<Self>) -> Result<()> {
@@ -148,28 +144,17 @@ pub(super) struct Glance {
 }
 
 impl Sink for Glance {
-    fn write(&mut self, picture: Picture) -> Result<()> {
-        self.inner.write(picture)
+    fn needs(&self) -> Needs {
+        // The window shows pixels.
+        Needs { origin: true, form: None, ..self.inner.needs() }
     }
 
-    fn wants_origin(&self) -> bool {
-        true
-    }
-
-    fn write_with_origin(&mut self, picture: Picture, origin: Origin) -> Result<()> {
-        if self.mailbox.is_empty() {
+    fn write(&mut self, picture: Picture, origin: Option<Origin>) -> Result<Buffers> {
+        if let Some(origin) = origin.filter(|_| self.mailbox.is_empty()) {
             let (frame, span) = (picture.frame.clone(), picture.span);
             self.mailbox.bring(Shown { frame, origin, span });
         }
-        self.inner.write(picture)
-    }
-
-    fn adapt(&self, options: &mut Options) {
-        self.inner.adapt(options);
-    }
-
-    fn feeds_others(&self) -> bool {
-        self.inner.feeds_others()
+        self.inner.write(picture, None)
     }
 
     fn finish(self: Box<Self>) -> Result<()> {

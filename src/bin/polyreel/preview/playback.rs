@@ -317,7 +317,7 @@ impl Playback {
     /// The frame on the screen.
     fn on_screen(&self) -> Option<Decoded> {
         let shown = self.mailbox.newest()?;
-        Some(Decoded { frame: shown.origin.frame.clone(), span: shown.span })
+        Some(Decoded::new(shown.origin.frame.clone(), shown.span))
     }
 }
 

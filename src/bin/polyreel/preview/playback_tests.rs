@@ -9,7 +9,7 @@ const FRAME: Duration = Duration::from_micros(41_667);
 fn decoded(index: i64) -> Decoded {
     let frame = Frame::filled(Size::new(1, 1), [0; 4]).expect("a frame");
     let span = Span { start: Rational::new(index, 24), length: Some(Rational::new(1, 24)) };
-    Decoded { frame, span }
+    Decoded::new(frame, span)
 }
 
 fn playing(frames: std::ops::Range<i64>) -> State {

@@ -105,7 +105,7 @@ impl Recorder {
         tape.last = Some((picture.span, start));
         tape.pictures += 1;
         let span = Span { start, ..picture.span };
-        if let Err(error) = tape.sink.write(Picture { span, ..picture.clone() }) {
+        if let Err(error) = tape.sink.write(Picture { span, ..picture.clone() }, None) {
             eprintln!("polyreel: warning: the recording ends: {error}");
             *slot = None;
         }

@@ -311,7 +311,7 @@ impl Session {
             StreamInfo { still: true, frames: Some(1), loops: Loops::Once, ..self.info.clone() };
         let mut sink = sink::create(&name, &info, &SinkOptions::default())?;
         let (frame, span) = (shown.frame.clone(), shown.span);
-        sink.write(Picture { frame, fills: Vec::new(), span })?;
+        sink.write(Picture { frame, fills: Vec::new(), span }, None)?;
         sink.finish()?;
         Ok(format!("saved {name}"))
     }
