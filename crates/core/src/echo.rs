@@ -7,7 +7,7 @@
 //!
 //! Who refines a frame [calls](Call); who paints it knows O' and I', and answers with an [`Echo`].
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use crate::colour::{Form, Planes};
 use crate::frame::{Buffers, Frame, Rgba};

@@ -2,8 +2,6 @@
 
 mod planar;
 
-use image::RgbaImage;
-
 pub use crate::colour::{Colorimetry, Rgba};
 pub use planar::Buffers;
 
@@ -77,7 +75,8 @@ impl Frame {
     ///
     /// # Errors
     /// As [`Frame::new`].
-    pub fn from_image(image: RgbaImage) -> Result<Self> {
+    #[cfg(feature = "image")]
+    pub fn from_image(image: image::RgbaImage) -> Result<Self> {
         let size = Size::new(image.width(), image.height());
         let raw = image.into_raw();
         let (pixels, _) = raw.as_chunks::<4>();
@@ -85,9 +84,10 @@ impl Frame {
     }
 
     /// The frame as an image of the `image` crate, without copying.
-    pub fn into_image(self) -> RgbaImage {
+    #[cfg(feature = "image")]
+    pub fn into_image(self) -> image::RgbaImage {
         let Size { width, height } = self.size;
-        RgbaImage::from_raw(width, height, self.into_pixels().into_flattened())
+        image::RgbaImage::from_raw(width, height, self.into_pixels().into_flattened())
             .expect("a frame holds exactly width x height pixels")
     }
 
@@ -156,7 +156,8 @@ pub fn over(pixel: Rgba, background: Rgba) -> Rgba {
 }
 
 /// An exact fraction; times in seconds and rates in frames per second are written in it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rational {
     /// Numerator.
     pub num: i64,
@@ -301,9 +302,10 @@ mod tests {
         assert!(Frame::filled(Size::new(MAX_SIDE + 1, 1), [0; 4]).is_err());
     }
 
+    #[cfg(feature = "image")]
     #[test]
     fn an_image_goes_in_and_out_unchanged() {
-        let image = RgbaImage::from_fn(3, 2, |x, y| image::Rgba([x as u8, y as u8, 7, 200]));
+        let image = image::RgbaImage::from_fn(3, 2, |x, y| image::Rgba([x as u8, y as u8, 7, 200]));
         let frame = Frame::from_image(image.clone()).expect("a small frame");
         assert!(!frame.is_opaque());
         assert_eq!(frame.at(2, 1), [2, 1, 7, 200]);

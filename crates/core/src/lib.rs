@@ -16,6 +16,7 @@ pub mod hex;
 pub mod mesh;
 pub mod metric;
 pub mod options;
+mod parallel;
 pub mod plane;
 pub mod rasterise;
 pub mod refine;

@@ -8,8 +8,6 @@ mod points;
 mod preset;
 mod target;
 
-use serde::{Deserialize, Serialize};
-
 use crate::error::{Error, Result};
 pub use cells::{CellPercentiles, Thresholds};
 pub use colour::Colour;
@@ -24,12 +22,16 @@ pub use target::Target;
 /// How to render: everything that decides the bytes of the output, but the input itself.
 ///
 /// ```
-/// use polyreel::options::{Options, Points};
+/// use polyreel_core::options::{Options, Points};
 /// let options = Options { points: Points::Count(500), seed: 7, ..Options::default() };
 /// options.validate().expect("these are sound");
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields, rename_all = "kebab-case")
+)]
 pub struct Options {
     /// Levels one and two. Default [`Method::Hrlp`].
     pub method: Method,
@@ -329,6 +331,7 @@ mod tests {
         assert!(said(Options { thresholds, ..base() }).contains("thresholds"));
     }
 
+    #[cfg(feature = "serde")]
     #[test]
     fn options_survive_a_preset_file() {
         let options = Options {

@@ -1,6 +1,6 @@
 //! A value for every pixel of a frame: what maps and metrics work on.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use crate::frame::{Frame, luma};
 use crate::geom::Size;

@@ -36,8 +36,8 @@ pub struct Rendered {
 /// Renders frame after frame; the mesh and its colours live on between them.
 ///
 /// ```
-/// use polyreel::{frame::Frame, geom::Size, options::{Options, Points}, render::Renderer};
-/// # fn main() -> polyreel::error::Result<()> {
+/// use polyreel_core::{frame::Frame, geom::Size, options::{Options, Points}, render::Renderer};
+/// # fn main() -> polyreel_core::error::Result<()> {
 /// let size = Size::new(64, 48);
 /// let gradient = (0..size.pixels()).map(|i| [(i % 64 * 4) as u8, (i / 64 * 5) as u8, 90, 255]);
 /// let frame = Frame::new(size, gradient.collect())?;

@@ -3,10 +3,12 @@
 use std::time::Duration;
 
 /// A room of the chain, in the order in which a frame walks through them.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
 )]
-#[serde(rename_all = "kebab-case")]
 pub enum Stage {
     /// Reading a frame from the source.
     Decode,
@@ -73,7 +75,8 @@ impl Timing {
 }
 
 /// Median and tails of a stage's times over a run, in milliseconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Percentiles {
     /// Half of the frames took at most this.
     pub p50_ms: f64,

@@ -20,7 +20,8 @@ use crate::geom::Size;
 pub type Rgba = [u8; 4];
 
 /// Colour tags of a video, in ffmpeg's words (`bt709`, `smpte170m`, `tv`, `pc` ...); `None` is untold.
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Colorimetry {
     /// Matrix coefficients.
     pub matrix: Option<String>,

@@ -2,7 +2,7 @@
 //! "Scale-space and edge detection using anisotropic diffusion", IEEE PAMI 12(7), 1990), with their
 //! first conductance, exp(-(d / kappa)^2), as medpy's `anisotropic_diffusion` with `option=1`.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::geom::Size;

@@ -1,7 +1,7 @@
 //! Edge strength: the first and the second derivative of the luma, as the related work uses them to
 //! find feature points.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use crate::geom::Size;
 use crate::plane::Plane;

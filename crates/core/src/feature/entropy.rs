@@ -1,7 +1,7 @@
 //! Local entropy: how many bits a pixel's surroundings carry. The window is a disk that is cut, not
 //! padded, at the border of the frame, as in scikit-image's `filters.rank.entropy`.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::geom::Size;

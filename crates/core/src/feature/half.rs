@@ -1,6 +1,6 @@
 //! Level one at half the size, at a quarter of the cost.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::mask::Mask;
 use super::{Extractor, Features};

@@ -1,6 +1,6 @@
 //! CIE L*a*b*: colours in which equal distances look about equally different.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use crate::frame::Frame;
 

@@ -5,7 +5,7 @@
 //! subset sums", J. ACM 54(6), 2007). A pixel wins with a probability in proportion to its weight,
 //! and as long as its score stays it keeps its key in every frame.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::mask::Mask;
 use crate::chance::{Purpose, rank};

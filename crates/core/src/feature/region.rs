@@ -3,7 +3,7 @@
 //! Colours are clustered in a coarse cube, not pixel by pixel: a picture has a few thousand occupied
 //! cells where it has millions of pixels, and a table of the cube then labels each pixel with one look.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use crate::chance::{Purpose, rank};
 use crate::feature::mask::Mask;

@@ -1,7 +1,7 @@
 //! Saliency by the spectral residual (Hou and Zhang, "Saliency Detection: A Spectral Residual
 //! Approach", CVPR 2007), in the form of `OpenCV`'s `StaticSaliencySpectralResidual`.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 use rustfft::num_complex::Complex;
 use rustfft::{FftDirection, FftPlanner};
 

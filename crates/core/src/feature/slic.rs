@@ -191,6 +191,7 @@ mod tests {
         assert!((120..300).contains(&found), "{found} corners");
     }
 
+    #[cfg(feature = "parallel")]
     #[test]
     fn the_same_on_any_number_of_threads() {
         let frame = quarters();

@@ -1,6 +1,6 @@
 //! A small blur before colours are clustered, so that grain draws no regions.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use crate::frame::Frame;
 

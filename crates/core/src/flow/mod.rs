@@ -7,7 +7,7 @@ pub mod motion;
 mod patch;
 pub mod small;
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::geom::Size;

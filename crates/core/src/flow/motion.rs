@@ -1,6 +1,6 @@
 //! How a stream's picture moves and changes from frame to frame, on small luma pictures, block by block.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::patch::{PATCH, Patch, Window, dot, sum};
 use super::small::Small;

@@ -1,6 +1,6 @@
 //! Frames made small: their mean luma is all that motion and cuts are looked for in.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::patch::PATCH;
 use crate::colour::Planes;

@@ -4,7 +4,7 @@ use std::iter::Sum;
 use std::ops::Range;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::{Frame, Rgba, check_size};
 use crate::colour::{Form, FromYuv, Planes, RowsToRgba, to_rgba};

@@ -1,7 +1,8 @@
 //! What the governor changed, as it is told to the user and in reports.
 
 /// A change of detail, and why.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Change {
     /// What was changed: `steps`, `rows`, `map`, `motion` or `seeds`.
     pub what: &'static str,

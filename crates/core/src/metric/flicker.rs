@@ -1,6 +1,6 @@
 //! Flicker of a rendered clip: how much it changes beyond what its source changes.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::same_size;
 use crate::error::Result;

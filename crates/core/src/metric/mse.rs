@@ -1,6 +1,6 @@
 //! Mean squared error and the peak signal-to-noise ratio that it stands for.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::same_size;
 use crate::error::Result;

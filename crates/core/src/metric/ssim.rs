@@ -5,7 +5,7 @@
 //! Planes may be of rounded luma ([`Plane::luma`]: what `OpenCV` and Pillow call gray, and what
 //! [`ssim`] and [`ssim_gaussian`] take) or of exact luma ([`Plane::exact_luma`]).
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::same_size;
 use crate::error::{Error, Result};

@@ -1,7 +1,7 @@
 //! Warping error: flicker along the motion of the picture (Lai, Huang, Wang, Shechtman, Yumer and
 //! Yang, "Learning Blind Video Temporal Consistency", ECCV 2018, section 4.2).
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::same_size;
 use crate::error::Result;

@@ -1,12 +1,11 @@
 //! What tells dense cells of the grid from sparse ones, and dear ones from cheap ones.
 
-use serde::{Deserialize, Serialize};
-
 use crate::error::{Error, Result};
 
 /// Density above which a cell of the grid counts as high, medium or low (paper, Algorithm 1):
 /// candidates per pixel of the cell, 0..1, falling.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Thresholds {
     /// Above it a cell keeps `max_points`.
     pub high: f64,
@@ -38,7 +37,8 @@ impl Default for Thresholds {
 
 /// Which cells count as high and medium (paper, Algorithm 3): percentiles of the cells' mean value,
 /// 0..100. Cells above `high` are high, those below `medium` low, the rest medium.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CellPercentiles {
     /// Percentile above which a cell is high.
     pub high: f64,

@@ -1,13 +1,15 @@
 //! Colours as options name them.
 
-use serde::{Deserialize, Serialize};
-
 use crate::error::{Error, Result};
 use crate::frame::Rgba;
 
 /// A colour as options name it: `#rgb`, `#rrggbb`, `#rrggbbaa` or a basic name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "String", into = "String")
+)]
 pub struct Colour(pub Rgba);
 
 /// The sixteen colour names of HTML 4, and `transparent`.

@@ -1,13 +1,15 @@
 //! What a frame may cost: the part of its quality that a time budget decides.
 
-use serde::{Deserialize, Serialize};
-
 use crate::error::{Error, Result};
 
 /// What a frame may cost. It is chosen before the work and decides, beside the options, the bytes: the
 /// same details give the same frames again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(default, deny_unknown_fields, rename_all = "kebab-case")
+)]
 pub struct Detail {
     /// How well level one looks at the frame. Default [`Look::Full`].
     pub look: Look,
@@ -23,8 +25,12 @@ pub struct Detail {
 
 /// A number of refinement steps in eighths. A part of a step is for that share of the vertices, which
 /// take turns over the frames.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(try_from = "f64", into = "f64")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "f64", into = "f64")
+)]
 pub struct Steps {
     eighths: u32,
 }
@@ -80,8 +86,12 @@ impl TryFrom<f64> for Steps {
 }
 
 /// How well level one looks at a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Look {
     /// As well as it can.
     #[default]
@@ -169,6 +179,7 @@ mod tests {
         Detail::FULL.validate().expect("sound");
     }
 
+    #[cfg(feature = "serde")]
     #[test]
     fn steps_are_written_as_a_number_and_come_back_exactly() {
         for eighths in 0..100 {

@@ -1,11 +1,13 @@
 //! What is chosen by name: method, front end, quality, edges.
 
-use serde::{Deserialize, Serialize};
-
 /// Level one and two of the chain, by the names of the paper (its section 3; the last three are the
 /// methods that it compares itself with in section 4).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
 pub enum Method {
     /// K-means colour regions, thinned by density on the hexagonal grid (HRLP; Algorithm 1).
     #[default]
@@ -63,8 +65,12 @@ impl Method {
 
 /// Ways to find feature points: those of the paper's methods, and those of the related work that it
 /// names in section 2. Any of them can stand before any method's level two.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
 pub enum FrontEnd {
     /// Sobel's gradient ([`crate::feature::edges::sobel`]).
     Sobel,
@@ -109,8 +115,12 @@ impl FrontEnd {
 }
 
 /// How much work goes into refinement, where [`super::Options::refine`] does not say it in steps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
 pub enum Quality {
     /// None.
     Draft,
@@ -136,8 +146,12 @@ impl Quality {
 }
 
 /// How one triangle ends and the next begins.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "lowercase")
+)]
 pub enum Edges {
     /// A step of colour is spread over two pixels, as antialiasing does: less error, and less flicker where
     /// edges move.

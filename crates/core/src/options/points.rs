@@ -1,13 +1,15 @@
 //! How many seeds a frame is to have.
 
-use serde::{Deserialize, Serialize};
-
 use crate::error::{Error, Result};
 use crate::geom::Size;
 
 /// How many seeds a frame is to have.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "Written", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "Written", into = "String")
+)]
 pub enum Points {
     /// This many.
     Count(u32),
@@ -57,13 +59,15 @@ impl std::str::FromStr for Points {
 }
 
 /// How a preset may write it: a count needs no quotes.
-#[derive(Deserialize)]
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
 #[serde(untagged, expecting = "a count (2000), a share (\"0.8%\") or \"auto\"")]
 enum Written {
     Count(u32),
     Text(String),
 }
 
+#[cfg(feature = "serde")]
 impl TryFrom<Written> for Points {
     type Error = Error;
     fn try_from(written: Written) -> Result<Self> {

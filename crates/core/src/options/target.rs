@@ -1,12 +1,14 @@
 //! A likeness to refine to, in place of a number of steps.
 
-use serde::{Deserialize, Serialize};
-
 use crate::error::{Error, Result};
 
 /// How like its source a rendering is to become. Written `psnr:30` (or `30dB`) and `ssim:0.8`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "String", into = "String")
+)]
 pub enum Target {
     /// Peak signal-to-noise ratio over RGB in decibels, above 0 and at most 100.
     Psnr(f64),

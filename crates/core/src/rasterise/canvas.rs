@@ -1,6 +1,6 @@
 //! The picture that triangles of known colours make.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::Painting;
 use super::planar::{self, Easels};

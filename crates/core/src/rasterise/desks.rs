@@ -9,13 +9,13 @@ pub(super) struct Desks<T>(Vec<Mutex<T>>);
 impl<T: Default> Desks<T> {
     /// As many as there are threads.
     pub(super) fn prepare(&mut self) -> &Self {
-        self.0.resize_with(rayon::current_num_threads(), Mutex::default);
+        self.0.resize_with(crate::parallel::current_num_threads(), Mutex::default);
         self
     }
 
     /// That of this thread, once they are [prepared](Self::prepare).
     pub(super) fn mine(&self) -> MutexGuard<'_, T> {
-        let desk = &self.0[rayon::current_thread_index().unwrap_or(0)];
+        let desk = &self.0[crate::parallel::current_thread_index().unwrap_or(0)];
         desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

@@ -9,7 +9,7 @@ mod sparse;
 mod style;
 mod tally;
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use crate::colour::Form;
 use crate::echo::{Call, Echo};

@@ -2,7 +2,7 @@
 //! converted once for a triangle, not for each pixel, and there is less than half as much to read and to
 //! write.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::desks::Desks;
 use super::sparse::has_enough;

@@ -1,6 +1,6 @@
 //! Vertices step down the error.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::Field;
 use super::colouring::Colouring;

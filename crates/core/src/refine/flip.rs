@@ -1,6 +1,6 @@
 //! Diagonals turn where that lowers the cost.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::Field;
 use super::cost::Cost;

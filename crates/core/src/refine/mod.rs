@@ -207,7 +207,7 @@ impl Refiner {
         if mesh.size != frame.size() || options.passes() == 0 {
             return Refined::default();
         }
-        rayon::scope(|_| {
+        crate::parallel::scope(|_| {
             self.rows.load(frame, options.running);
             self.surface.link(mesh);
             self.surface.measure(&self.rows);
@@ -258,7 +258,7 @@ impl Refiner {
         if !same || mesh.size != frame.size() || options.passes() == 0 {
             return self.refine(mesh, frame, options);
         }
-        rayon::scope(|_| {
+        crate::parallel::scope(|_| {
             let wanted = echo.and_then(|echo| echo.on(frame));
             let frame = wanted.as_ref().unwrap_or(frame);
             let Self { rows, surface, stepper, scattered, .. } = self;
@@ -269,7 +269,7 @@ impl Refiner {
                 }
                 carried
             };
-            let ((), carried) = rayon::join(|| rows.load(frame, options.running), carry);
+            let ((), carried) = crate::parallel::join(|| rows.load(frame, options.running), carry);
             self.surface.measure(&self.rows);
             let refined = self.run(mesh, frame, options, carried, None);
             if let Some(wanted) = wanted {
@@ -332,7 +332,7 @@ impl Refiner {
         refined.error_after = surface.error(rows).min(refined.error_before);
         surface.store(mesh);
         let fills = || if frame.is_opaque() { surface.stored_fills(rows) } else { Vec::new() };
-        (refined.fills, ()) = rayon::join(fills, || stepper.rest.settle(surface, begin));
+        (refined.fills, ()) = crate::parallel::join(fills, || stepper.rest.settle(surface, begin));
         refined
     }
 }

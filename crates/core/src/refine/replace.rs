@@ -1,6 +1,6 @@
 //! Vertices that matter least go where the error is largest.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::Field;
 use super::cost::Cost;
@@ -142,7 +142,7 @@ fn look(
     let mut worst = std::mem::take(&mut worth.worst);
     let is_open = |&t: &u32| turn.has(t) && rest.allows_triangle(surface, t);
     // What is running looks for openings meanwhile: there nearly all can pay, and threads wait less.
-    let ((), early) = rayon::join(
+    let ((), early) = crate::parallel::join(
         || worth.update(surface, rest, turn, planned, field),
         || {
             errors.update(surface, rest, if field.running { Turn::ALL } else { turn }, field);

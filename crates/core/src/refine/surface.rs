@@ -303,7 +303,7 @@ impl Surface {
         }
         mesh.triangles.resize(triangles.len(), [0; 3]);
         let (mut numbered, mut sorted) = (&mut self.numbered[..], &mut mesh.triangles[..]);
-        rayon::scope(|scope| {
+        crate::parallel::scope(|scope| {
             let mut begin = 0;
             // By now each start is the next one's.
             for ends in start[..self.at.len()].chunks(SORTED) {

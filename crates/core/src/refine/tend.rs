@@ -74,7 +74,7 @@ impl Refiner {
             }
             return Refined::default();
         };
-        rayon::scope(|_| {
+        crate::parallel::scope(|_| {
             let carried = surface.relink(mesh);
             if !carried {
                 stepper.forget(surface.at.len());

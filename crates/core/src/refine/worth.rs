@@ -1,6 +1,6 @@
 //! What it costs to take vertices out of the mesh.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::Field;
 use super::cost::Cost;

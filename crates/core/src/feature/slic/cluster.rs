@@ -1,7 +1,7 @@
 //! The rounds of SLIC: k-means in which a centre only looks at the pixels near it (Achanta et al.,
 //! section 3.1).
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::Slic;
 use crate::feature::lab::{Lab, STEPS};

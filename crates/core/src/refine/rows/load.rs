@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::{EXTENT, LINE, RowSums, TOGETHER};
 use crate::frame::{Frame, Rgba};

@@ -1,6 +1,6 @@
 //! Sums, costs and errors of a mesh over a new frame.
 
-use rayon::prelude::*;
+use crate::parallel::prelude::*;
 
 use super::{Surface, next};
 use crate::geom::{Point, orient};

@@ -19,6 +19,7 @@ fn course(
     (course, refined)
 }
 
+#[cfg(feature = "parallel")]
 #[test]
 fn any_number_of_threads_gives_the_same_mesh_after_every_step() {
     for opaque in [true, false] {

@@ -102,6 +102,7 @@ fn refine_in(refiner: &mut Refiner, frame: &Frame, count: u32) {
     refiner.refine(&mut scattered(frame.size(), count), frame, &RefineOptions::normal());
 }
 
+#[cfg(feature = "parallel")]
 #[test]
 fn any_number_of_threads_gives_the_same_mesh_after_parts_of_steps() {
     let run = |threads| {
