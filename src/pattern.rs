@@ -1,62 +1,88 @@
 //! File names with a number in them, as `printf` writes it: `frame_%04d.png`.
 
-/// A file name with one place for a number.
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+
+/// A file name with one place for a number. Names need not be UTF-8.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
-    before: String,
+    before: Vec<u8>,
     width: usize,
     zeros: bool,
-    after: String,
+    after: Vec<u8>,
 }
 
 impl Pattern {
-    /// Reads `text`; `None` if it holds no `%d`, `%4d` or `%04d`, or several. `%%` is a percent sign.
-    pub fn parse(text: &str) -> Option<Self> {
-        let (mut before, mut rest) = (String::new(), text);
-        let mut place = None;
-        while let Some(at) = rest.find('%') {
-            before.push_str(&rest[..at]);
+    /// Reads `text`; `None` if it holds no `%d`, `%4d` or `%04d`, or several. `%%` is a percent sign,
+    /// and a `%d` that begins a word (`100%done`) is part of the name.
+    pub fn parse(text: impl AsRef<OsStr>) -> Option<Self> {
+        let mut rest = text.as_ref().as_encoded_bytes();
+        let mut before = Vec::new();
+        let mut number = None;
+        while let Some(at) = rest.iter().position(|&b| b == b'%') {
+            before.extend_from_slice(&rest[..at]);
             rest = &rest[at + 1..];
-            if let Some(after) = rest.strip_prefix('%') {
-                before.push('%');
+            if let Some(after) = rest.strip_prefix(b"%") {
+                before.push(b'%');
                 rest = after;
                 continue;
             }
-            let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
-            // A wider number than a file name can hold means something else.
-            let width: usize = if digits == 0 { 0 } else { rest[..digits].parse().ok()? };
-            if !rest[digits..].starts_with('d') || width > 64 || place.is_some() {
+            let (width, zeros, after) = conversion(rest)?;
+            if number.is_some() {
                 return None;
             }
-            place = Some((std::mem::take(&mut before), width, rest.starts_with('0')));
-            rest = &rest[digits + 1..];
+            number = Some((std::mem::take(&mut before), width, zeros));
+            rest = after;
         }
-        before.push_str(rest);
-        let (head, width, zeros) = place?;
+        before.extend_from_slice(rest);
+        let (head, width, zeros) = number?;
         Some(Self { before: head, width, zeros, after: before })
     }
 
-    /// Names with a four-digit number and `extension` in `folder` (which ends in a separator).
-    pub fn in_folder(folder: &str, extension: &str) -> Self {
-        Self { before: folder.into(), width: 4, zeros: true, after: format!(".{extension}") }
+    /// Names with a four-digit number and `extension` in `folder`.
+    pub fn in_folder(folder: &Path, extension: &str) -> Self {
+        // Joined with an empty name, a path ends in a separator.
+        let before = folder.join("").into_os_string().as_encoded_bytes().to_vec();
+        Self { before, width: 4, zeros: true, after: format!(".{extension}").into_bytes() }
     }
 
     /// The name with `number` in its place.
-    pub fn name(&self, number: u64) -> String {
+    pub fn name(&self, number: u64) -> PathBuf {
         let Self { before, width, zeros, after } = self;
-        if *zeros {
-            format!("{before}{number:0width$}{after}")
-        } else {
-            format!("{before}{number:width$}{after}")
-        }
+        let number = if *zeros { format!("{number:0width$}") } else { format!("{number:width$}") };
+        PathBuf::from(os_string([before, number.as_bytes(), after].concat()))
     }
 
     /// The number in `name`, if this pattern writes it so.
-    pub fn number(&self, name: &str) -> Option<u64> {
-        let inner = name.strip_prefix(self.before.as_str())?.strip_suffix(self.after.as_str())?;
-        let number = inner.trim_start_matches(' ').parse().ok()?;
-        (self.name(number) == name).then_some(number)
+    pub fn number(&self, name: &Path) -> Option<u64> {
+        let bytes = name.as_os_str().as_encoded_bytes();
+        let inner = bytes.strip_prefix(&self.before[..])?.strip_suffix(&self.after[..])?;
+        let number = std::str::from_utf8(inner).ok()?.trim_start_matches(' ').parse().ok()?;
+        (self.name(number).as_os_str() == name.as_os_str()).then_some(number)
     }
+}
+
+/// What stands after a percent sign: the number's width, whether zeros fill it, and what comes behind.
+fn conversion(text: &[u8]) -> Option<(usize, bool, &[u8])> {
+    let digits = text.iter().take_while(|b| b.is_ascii_digit()).count();
+    let (width, after) = text.split_at(digits);
+    let zeros = width.starts_with(b"0");
+    let width = if digits == 0 { 0 } else { std::str::from_utf8(width).ok()?.parse().ok()? };
+    let after = after.strip_prefix(b"d")?;
+    // `100%done.png` means a word. A number wider than a file name can hold means something else, too.
+    let word = digits == 0 && after.first().is_some_and(u8::is_ascii_alphabetic);
+    (!word && width <= 64).then_some((width, zeros, after))
+}
+
+/// Bytes of a name, which were cut at ASCII characters, as a name again.
+#[cfg(unix)]
+fn os_string(bytes: Vec<u8>) -> OsString {
+    std::os::unix::ffi::OsStringExt::from_vec(bytes)
+}
+
+#[cfg(not(unix))]
+fn os_string(bytes: Vec<u8>) -> OsString {
+    String::from_utf8_lossy(&bytes).into_owned().into()
 }
 
 #[cfg(test)]
@@ -73,20 +99,33 @@ mod tests {
             ("100%%/%02d%%.png", 3, "100%/03%.png"),
         ] {
             let pattern = Pattern::parse(text).expect(text);
-            assert_eq!(pattern.name(number), name);
-            assert_eq!(pattern.number(name), Some(number));
+            assert_eq!(pattern.name(number), Path::new(name));
+            assert_eq!(pattern.number(Path::new(name)), Some(number));
         }
-        assert_eq!(Pattern::in_folder("out/", "png").name(1), "out/0001.png");
+        assert_eq!(Pattern::in_folder(Path::new("out/"), "png").name(1), Path::new("out/0001.png"));
+        assert_eq!(Pattern::in_folder(Path::new("out"), "png").name(1), Path::new("out/0001.png"));
     }
 
     #[test]
-    fn what_is_no_pattern_stays_a_name() {
-        for text in ["a.png", "100%.png", "%s.png", "%d_%d.png", "%%d.png", "%-3d.png", "%"] {
+    fn what_is_not_a_pattern_stays_a_name() {
+        for text in
+            ["a.png", "100%.png", "100%done.png", "%s.png", "%d_%d.png", "%%d.png", "%-3d.png", "%"]
+        {
             assert_eq!(Pattern::parse(text), None, "{text}");
         }
         let pattern = Pattern::parse("f%02d.png").expect("a pattern");
         for name in ["f7.png", "f007.png", "fx.png", "g07.png", "f+7.png"] {
-            assert_eq!(pattern.number(name), None, "{name}");
+            assert_eq!(pattern.number(Path::new(name)), None, "{name}");
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn names_need_not_be_utf8() {
+        use std::os::unix::ffi::OsStrExt;
+        let pattern = Pattern::parse(OsStr::from_bytes(b"caf\xe9_%02d.png")).expect("a pattern");
+        let name = PathBuf::from(OsStr::from_bytes(b"caf\xe9_07.png"));
+        assert_eq!(pattern.name(7), name);
+        assert_eq!(pattern.number(&name), Some(7));
     }
 }

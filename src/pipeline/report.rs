@@ -1,5 +1,6 @@
 //! What a run has to say of itself: for every frame, in sum, and as JSON.
 
+use std::ffi::OsStr;
 use std::time::Duration;
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
@@ -207,6 +208,15 @@ pub struct InputReport {
     /// What was known of the stream before it was read.
     #[serde(flatten)]
     pub info: StreamInfo,
+}
+
+impl InputReport {
+    /// The report on `inputs`, which are a stream of `info`. JSON has no place for names that are not
+    /// UTF-8: their other bytes become replacement characters.
+    pub fn new(inputs: &[impl AsRef<OsStr>], info: StreamInfo) -> Self {
+        let name = |input: &_| AsRef::<OsStr>::as_ref(input).to_string_lossy().into_owned();
+        Self { paths: inputs.iter().map(name).collect(), info }
+    }
 }
 
 /// What was written.

@@ -17,6 +17,7 @@ pub mod y4m;
 
 pub use unfinished::remove_unfinished;
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use crate::colour::Form;
@@ -146,7 +147,12 @@ impl Default for SinkOptions {
 /// # Errors
 /// When the name's format is unknown or does not suit the stream, the output exists, is an input, or
 /// cannot be written.
-pub fn create(output: &str, info: &StreamInfo, options: &SinkOptions) -> Result<Box<dyn Sink>> {
+pub fn create(
+    output: impl AsRef<OsStr>,
+    info: &StreamInfo,
+    options: &SinkOptions,
+) -> Result<Box<dyn Sink>> {
+    let output = output.as_ref();
     if output == "null:" {
         return Ok(Box::new(null::Null::of(info)));
     }
@@ -154,9 +160,8 @@ pub fn create(output: &str, info: &StreamInfo, options: &SinkOptions) -> Result<
         return y4m::Y4mSink::standard(info);
     }
     let path = Path::new(output);
-    if output.ends_with(std::path::is_separator) || path.is_dir() {
-        let separator = if output.ends_with(std::path::is_separator) { "" } else { "/" };
-        let pattern = Pattern::in_folder(&format!("{output}{separator}"), "png");
+    if ends_in_separator(output) || path.is_dir() {
+        let pattern = Pattern::in_folder(path, "png");
         let series = Series::reserve(pattern, true, options)?;
         return Ok(Box::new(still::Numbered::create(series, Format::Png, options)?));
     }
@@ -165,7 +170,8 @@ pub fn create(output: &str, info: &StreamInfo, options: &SinkOptions) -> Result<
     if let Some(pattern) = Pattern::parse(output) {
         let Some(format) = Format::of_extension(extension) else {
             return Err(Error::usage(format!(
-                "{output}: numbered files are pictures; write {STILLS} after the pattern"
+                "{}: numbered files are pictures; write {STILLS} after the pattern",
+                path.display()
             )));
         };
         let series = Series::reserve(pattern, false, options)?;
@@ -188,11 +194,16 @@ pub fn create(output: &str, info: &StreamInfo, options: &SinkOptions) -> Result<
             Ok(Box::new(VideoSink::create(path, spec, options)?))
         }
         _ => Err(Error::usage(format!(
-            "{output}: the name must end in what to write: {STILLS}, .gif, {VIDEOS}, .y4m; \
+            "{}: the name must end in what to write: {STILLS}, .gif, {VIDEOS}, .y4m; \
              or name a folder (frames/), a pattern (frame_%04d.png), - for y4m on standard output, or \
-             null: to write nothing"
+             null: to write nothing",
+            path.display()
         ))),
     }
+}
+
+fn ends_in_separator(name: &OsStr) -> bool {
+    name.as_encoded_bytes().last().is_some_and(|&b| std::path::is_separator(char::from(b)))
 }
 
 /// The containers of video, in words.

@@ -131,9 +131,9 @@ impl Series {
     /// When a file of that pattern exists (and may not be overwritten) or is an input, the folder is
     /// missing, or cannot be written to.
     pub fn reserve(pattern: Pattern, make: bool, options: &SinkOptions) -> Result<Self> {
-        let first = PathBuf::from(pattern.name(1));
+        let first = pattern.name(1);
         let folder = folder_of(&first).to_owned();
-        if folder_of(Path::new(&pattern.name(2))) != folder {
+        if folder_of(&pattern.name(2)) != folder {
             return Err(Error::usage(format!(
                 "{}: the number must stand in the file's name, not in a folder's",
                 first.display()
@@ -153,7 +153,7 @@ impl Series {
             } else {
                 folder.join(entry.file_name())
             };
-            if pattern.number(&path.to_string_lossy()).is_some_and(|n| n > 0) {
+            if pattern.number(&path).is_some_and(|n| n > 0) {
                 check_free(&path, options)?;
             }
         }
@@ -173,7 +173,7 @@ impl Series {
 
     /// The first file's name.
     pub fn first(&self) -> PathBuf {
-        PathBuf::from(self.pattern.name(1))
+        self.pattern.name(1)
     }
 
     /// A new file for the next number, and its later name for messages.
@@ -182,7 +182,7 @@ impl Series {
     /// When it cannot be made.
     pub fn file(&mut self) -> Result<(File, PathBuf)> {
         self.written += 1;
-        let named = PathBuf::from(self.pattern.name(self.written));
+        let named = self.pattern.name(self.written);
         match File::create(self.waiting_path(&named)) {
             Ok(file) => Ok((file, named)),
             Err(e) => Err(Error::output(named, format!("cannot be written: {e}"))),
@@ -196,7 +196,7 @@ impl Series {
     /// overwritten; the files before it are there.
     pub fn commit(mut self) -> Result<()> {
         for number in 1..=self.written {
-            let named = PathBuf::from(self.pattern.name(number));
+            let named = self.pattern.name(number);
             let name = named.file_name().unwrap_or_default();
             let target = self.folder.join(name);
             if !self.overwrite && target.exists() {
@@ -293,7 +293,7 @@ mod tests {
     }
 
     fn numbered(folder: &Path) -> Pattern {
-        Pattern::in_folder(&format!("{}/", folder.display()), "png")
+        Pattern::in_folder(folder, "png")
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! From what the user names to a list of files: folders, globs, patterns.
 
+use std::cmp::Ordering;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use super::detect::{self, Kind, READABLE};
@@ -11,7 +13,7 @@ use crate::pattern::Pattern;
 ///
 /// # Errors
 /// When nothing is named, or a folder, glob or pattern holds no file.
-pub(crate) fn expand(inputs: &[String]) -> Result<Vec<PathBuf>> {
+pub(crate) fn expand(inputs: &[&OsStr]) -> Result<Vec<PathBuf>> {
     if inputs.is_empty() {
         return Err(Error::usage("no input is named; name a picture, a GIF or a video"));
     }
@@ -24,9 +26,9 @@ pub(crate) fn expand(inputs: &[String]) -> Result<Vec<PathBuf>> {
             // Before globs and patterns: `[1].png` and `100%d.png` are names, too.
             files.push(path.to_owned());
         } else if let Some(pattern) = Pattern::parse(input) {
-            files.extend(numbered(input, &pattern)?);
-        } else if input.contains(['*', '?', '[']) {
-            files.extend(globbed(input)?);
+            files.extend(numbered(path, &pattern)?);
+        } else if let Some(glob) = input.to_str().filter(|name| name.contains(['*', '?', '['])) {
+            files.extend(globbed(glob)?);
         } else {
             files.push(path.to_owned());
         }
@@ -35,9 +37,38 @@ pub(crate) fn expand(inputs: &[String]) -> Result<Vec<PathBuf>> {
 }
 
 fn natural(paths: &mut [PathBuf]) {
-    paths.sort_by(|a, b| {
-        natord::compare(&a.to_string_lossy(), &b.to_string_lossy()).then_with(|| a.cmp(b))
-    });
+    paths.sort_by(|a, b| natural_order(bytes(a), bytes(b)).then_with(|| a.cmp(b)));
+}
+
+fn bytes(path: &Path) -> &[u8] {
+    path.as_os_str().as_encoded_bytes()
+}
+
+/// Compares names byte by byte, but numbers in them by their value, as `ls -v` does: 8, 9, 010, 011.
+fn natural_order(mut a: &[u8], mut b: &[u8]) -> Ordering {
+    loop {
+        match (a.first(), b.first()) {
+            (Some(x), Some(y)) if x.is_ascii_digit() && y.is_ascii_digit() => {
+                let (one, other) = (number(&mut a), number(&mut b));
+                // Without leading zeros the longer number is the larger one.
+                match one.len().cmp(&other.len()).then_with(|| one.cmp(other)) {
+                    Ordering::Equal => {}
+                    unequal => return unequal,
+                }
+            }
+            (Some(x), Some(y)) if x == y => (a, b) = (&a[1..], &b[1..]),
+            (x, y) => return x.cmp(&y),
+        }
+    }
+}
+
+/// Takes the digits in front off `text` and returns them without leading zeros.
+fn number<'a>(text: &mut &'a [u8]) -> &'a [u8] {
+    let digits = text.iter().take_while(|b| b.is_ascii_digit()).count();
+    let (number, after) = text.split_at(digits);
+    *text = after;
+    let zeros = number.iter().take_while(|&&b| b == b'0').count();
+    &number[zeros..]
 }
 
 /// The pictures in a folder: files that hold one, and files that are called one (so that a broken
@@ -49,12 +80,14 @@ fn folder(path: &Path) -> Result<Vec<PathBuf>> {
     for entry in std::fs::read_dir(path).map_err(unreadable)? {
         let entry = entry.map_err(unreadable)?;
         let file = entry.path();
-        let shown = !entry.file_name().to_string_lossy().starts_with('.') && file.is_file();
+        let hidden = entry.file_name().as_encoded_bytes().starts_with(b".");
         let meant = || {
-            detect::is_called_picture(&file)
-                || matches!(detect::detect(&file), Ok(Kind::Picture(_) | Kind::Gif))
+            // What leads nowhere is found when it is opened, and the error names it.
+            detect::is_called_picture(&file) && !file.is_dir()
+                || file.is_file()
+                    && matches!(detect::detect(&file), Ok(Kind::Picture(_) | Kind::Gif))
         };
-        if shown && meant() {
+        if !hidden && meant() {
             files.push(file);
         }
     }
@@ -70,8 +103,14 @@ fn folder(path: &Path) -> Result<Vec<PathBuf>> {
 
 fn globbed(input: &str) -> Result<Vec<PathBuf>> {
     let wrong = |e: glob::PatternError| Error::input(input, format!("is no pattern: {e}"));
-    let mut files: Vec<PathBuf> =
-        glob::glob(input).map_err(wrong)?.flatten().filter(|p| p.is_file()).collect();
+    let unreadable = |e: glob::GlobError| {
+        Error::input(e.path(), format!("cannot be read: {}; check its permissions", e.error()))
+    };
+    let mut files = Vec::new();
+    for file in glob::glob(input).map_err(wrong)? {
+        files.push(file.map_err(unreadable)?);
+    }
+    files.retain(|file| !file.is_dir());
     if files.is_empty() {
         return Err(Error::input(input, "no file matches this pattern; check the folder's name"));
     }
@@ -80,27 +119,26 @@ fn globbed(input: &str) -> Result<Vec<PathBuf>> {
 }
 
 /// From 0, 1 or the lowest number that there is, up to the first gap.
-fn numbered(input: &str, pattern: &Pattern) -> Result<Vec<PathBuf>> {
-    let exists = |n: u64| Path::new(&pattern.name(n)).exists();
+fn numbered(input: &Path, pattern: &Pattern) -> Result<Vec<PathBuf>> {
+    // A link that leads nowhere is no gap: the error of opening it names it.
+    let exists = |n: u64| pattern.name(n).symlink_metadata().is_ok();
     let first = (0..=1).find(|&n| exists(n)).or_else(|| lowest(input, pattern));
     let Some(first) = first else {
+        let (zero, one) = (pattern.name(0), pattern.name(1));
         return Err(Error::input(
             input,
-            format!("no file matches; expected {}, {} ...", pattern.name(0), pattern.name(1)),
+            format!("no file matches; expected {}, {} ...", zero.display(), one.display()),
         ));
     };
-    Ok((first..).take_while(|&n| exists(n)).map(|n| PathBuf::from(pattern.name(n))).collect())
+    Ok((first..).take_while(|&n| exists(n)).map(|n| pattern.name(n)).collect())
 }
 
 /// The lowest number in use. The number must stand in the file's name, not in a folder's.
-fn lowest(input: &str, pattern: &Pattern) -> Option<u64> {
-    let parent = Path::new(input).parent()?;
+fn lowest(input: &Path, pattern: &Pattern) -> Option<u64> {
+    let parent = input.parent()?;
     let listed = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
     let entries = std::fs::read_dir(listed).ok()?;
-    entries
-        .flatten()
-        .filter_map(|e| pattern.number(&parent.join(e.file_name()).to_string_lossy()))
-        .min()
+    entries.flatten().filter_map(|e| pattern.number(&parent.join(e.file_name()))).min()
 }
 
 #[cfg(test)]
@@ -123,7 +161,7 @@ mod tests {
     }
 
     fn expanded(folder: &tempfile::TempDir, name: &str) -> Result<Vec<String>> {
-        expand(&[format!("{}/{name}", folder.path().display())]).map(|files| names(&files))
+        expand(&[folder.path().join(name).as_os_str()]).map(|files| names(&files))
     }
 
     #[test]
@@ -137,6 +175,13 @@ mod tests {
     }
 
     #[test]
+    fn numbers_with_leading_zeros_are_in_natural_order() {
+        let folder = folder_of(&["f_010.png", "f_8.png", "f_011.png", "f_9.png", "f_08.png"]);
+        let all = expanded(&folder, "f_*.png").expect("a glob");
+        assert_eq!(all, ["f_08.png", "f_8.png", "f_9.png", "f_010.png", "f_011.png"]);
+    }
+
+    #[test]
     fn patterns_start_at_the_lowest_and_stop_at_the_first_gap() {
         let folder = folder_of(&["a1.png", "a2.png", "a4.png", "b07.png", "b08.png", "c0.png"]);
         assert_eq!(expanded(&folder, "a%d.png").expect("from 1"), ["a1.png", "a2.png"]);
@@ -144,6 +189,17 @@ mod tests {
         assert_eq!(expanded(&folder, "c%d.png").expect("from 0"), ["c0.png"]);
         let error = expanded(&folder, "d%d.png").expect_err("nothing there").to_string();
         assert!(error.contains("d0.png"), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_that_leads_nowhere_is_part_of_the_sequence() {
+        let folder = folder_of(&["a1.png", "a3.png"]);
+        std::os::unix::fs::symlink("gone.png", folder.path().join("a2.png")).expect("a link");
+        for name in ["", "a*.png", "a%d.png"] {
+            let files = expanded(&folder, name).expect("three names");
+            assert_eq!(files, ["a1.png", "a2.png", "a3.png"], "{name:?}");
+        }
     }
 
     #[test]

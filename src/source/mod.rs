@@ -17,6 +17,7 @@ mod warmup;
 mod webp;
 pub mod y4m;
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
@@ -212,12 +213,13 @@ impl Input {
 /// # Errors
 /// When nothing is named, a file is missing, unreadable or not a picture, frames differ in size, or what
 /// is to be looped can be read only once.
-pub fn open(inputs: &[String], options: &SourceOptions) -> Result<Input> {
+pub fn open(inputs: &[impl AsRef<OsStr>], options: &SourceOptions) -> Result<Input> {
     let part = Part::of(options)?;
     if options.max_size == Some(0) {
         return Err(Error::usage("a longest side of 0 pixels leaves nothing; ask for at least 1"));
     }
-    let input = recognised(inputs, part, options)?;
+    let inputs: Vec<&OsStr> = inputs.iter().map(AsRef::as_ref).collect();
+    let input = recognised(&inputs, part, options)?;
     let input = resized(trimmed(input, part), options);
     if options.looped { warmed_up(input, options.allow_truncated) } else { Ok(input) }
 }
@@ -226,11 +228,12 @@ pub fn open(inputs: &[String], options: &SourceOptions) -> Result<Input> {
 ///
 /// # Errors
 /// When nothing is named, or a folder, glob or pattern holds no file.
-pub fn files(inputs: &[String]) -> Result<Vec<PathBuf>> {
-    expand::expand(inputs)
+pub fn files(inputs: &[impl AsRef<OsStr>]) -> Result<Vec<PathBuf>> {
+    let inputs: Vec<&OsStr> = inputs.iter().map(AsRef::as_ref).collect();
+    expand::expand(&inputs)
 }
 
-fn recognised(inputs: &[String], part: Option<Part>, options: &SourceOptions) -> Result<Input> {
+fn recognised(inputs: &[&OsStr], part: Option<Part>, options: &SourceOptions) -> Result<Input> {
     if inputs == ["-"] {
         return y4m::open_standard();
     }

@@ -8,6 +8,7 @@ use image::ImageFormat;
 use super::detect::{self, Kind};
 use super::still::{self, Header};
 use super::{Decoded, Input, SEQUENCE_RATE, Source, SourceOptions};
+use super::{apng, webp};
 use crate::error::{Error, Result};
 use crate::frame::Rational;
 use crate::geom::Size;
@@ -96,14 +97,20 @@ fn input(
 
 /// The format of a picture that is part of a sequence.
 fn picture(path: &Path) -> Result<ImageFormat> {
+    let refused = |what: &str| {
+        Err(Error::input(
+            path,
+            format!("{what} cannot be one picture of a sequence; name it alone"),
+        ))
+    };
     match detect::detect(path)? {
+        Kind::Picture(ImageFormat::Png) if apng::facts(path)?.is_some() => refused("an APNG"),
+        Kind::Picture(ImageFormat::WebP) if webp::facts(path)?.is_some() => {
+            refused("an animated WebP")
+        }
         Kind::Picture(format) => Ok(format),
-        Kind::Gif => {
-            Err(Error::input(path, "a GIF cannot be one picture of a sequence; name it alone"))
-        }
-        Kind::Y4m | Kind::Stream => {
-            Err(Error::input(path, "a video cannot be one picture of a sequence; name it alone"))
-        }
+        Kind::Gif => refused("a GIF"),
+        Kind::Y4m | Kind::Stream => refused("a video"),
         Kind::Other => Err(detect::no_picture(path.to_owned())),
     }
 }

@@ -3,6 +3,7 @@
 mod evaluate;
 mod preview;
 
+use std::ffi::OsString;
 use std::num::{NonZeroU64, NonZeroUsize};
 use std::path::PathBuf;
 
@@ -86,7 +87,7 @@ pub(crate) struct RenderArgs {
     /// pictures (out_%04d.png), a folder (out/) for PNGs, - for y4m on standard output, or null: to
     /// write nothing
     #[arg(short, long, value_name = "OUTPUT", help_heading = "Output")]
-    pub(crate) output: Option<String>,
+    pub(crate) output: Option<OsString>,
     #[command(flatten)]
     pub(crate) write: WriteArgs,
     #[command(flatten)]
@@ -110,7 +111,7 @@ pub(crate) struct RenderArgs {
 pub(crate) struct InspectArgs {
     /// The picture; of an animation or a video, its first frame
     #[arg(value_name = "IMAGE")]
-    pub(crate) image: String,
+    pub(crate) image: OsString,
     /// The folder to write to; made if it is not there
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
@@ -145,7 +146,7 @@ pub(crate) struct InputArgs {
     /// A picture, GIF or video, several pictures, a folder of them, a quoted glob ('shots/*.png'), a
     /// printf pattern (shot%03d.png), a URL, a camera (/dev/video0), or - for y4m on standard input
     #[arg(value_name = "INPUT", required = true, help_heading = None::<&str>)]
-    pub(crate) inputs: Vec<String>,
+    pub(crate) inputs: Vec<OsString>,
     /// Leave out what comes before TIME: 1.5, 500ms, 1:30 [default: from the beginning]
     #[arg(long, value_name = "TIME", value_parser = amount::time)]
     start: Option<Rational>,

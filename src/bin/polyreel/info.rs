@@ -19,7 +19,7 @@ pub(crate) fn info(args: &InfoArgs) -> Result<Outcome> {
     let input = source::open(&args.input.inputs, &args.input.options())?;
     let info = input.info().clone();
     let text = if args.json {
-        let report = InputReport { paths: args.input.inputs.clone(), info };
+        let report = InputReport::new(&args.input.inputs, info);
         let json = serde_json::to_string_pretty(&report).expect("plain data becomes JSON");
         format!("{json}\n")
     } else {

@@ -1,5 +1,7 @@
 //! What stands in for the window in a build without one.
 
+use std::ffi::OsString;
+
 use polyreel::error::{Error, Result};
 use polyreel::pipeline::{Controls, Observer, Stop, Summary};
 use polyreel::sink::Sink;
@@ -22,7 +24,7 @@ pub(crate) enum Beside {}
 
 impl Beside {
     /// Tells that there is no window.
-    pub(crate) fn open(_: &[String], _: &StreamInfo, _: Controls) -> Result<Self> {
+    pub(crate) fn open(_: &[OsString], _: &StreamInfo, _: Controls) -> Result<Self> {
         Err(no_window())
     }
 

@@ -1,5 +1,6 @@
 //! `polyreel render`: input, pipeline, output, and what there is to say of it.
 
+use std::ffi::{OsStr, OsString};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -84,14 +85,14 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         warnings.push(warning);
     }
     let written = OutputReport {
-        path: output.to_owned(),
+        path: output.to_string_lossy().into_owned(),
         size: info.size,
         bytes: bytes_of(output),
         warnings,
     };
     tell(args, &info, &written, &summary);
     if let Some(record) = record {
-        let input = InputReport { paths: args.input.inputs.clone(), info };
+        let input = InputReport::new(&args.input.inputs, info);
         record.write(&Report::new(input, written, options, &summary, per_frame))?;
     }
     Ok(if interrupt.happened() { Outcome::Interrupted } else { Outcome::Done })
@@ -127,32 +128,33 @@ fn sink_options(args: &RenderArgs, options: &Options, input: &Input) -> Result<S
 }
 
 /// The length of the file `output`, if it is one.
-fn bytes_of(output: &str) -> Option<u64> {
+fn bytes_of(output: &OsStr) -> Option<u64> {
     let file = std::fs::metadata(output).ok().filter(|file| file.is_file())?;
     (output != "-").then_some(file.len())
 }
 
-fn record_of(args: &RenderArgs, inputs: &[PathBuf], output: &str) -> Result<Option<Record>> {
+fn record_of(args: &RenderArgs, inputs: &[PathBuf], output: &OsStr) -> Result<Option<Record>> {
     let Some(path) = &args.run.report else { return Ok(None) };
     let taken: Vec<_> = inputs.iter().cloned().chain([PathBuf::from(output)]).collect();
     Record::create(path, &taken).map(Some)
 }
 
 /// What to answer when `-o` was not given: often it was only forgotten before the last name.
-fn no_output(inputs: &[String]) -> Error {
+fn no_output(inputs: &[OsString]) -> Error {
     let missed = match inputs {
         [_, .., last] => Some(last).filter(|last| looks_like_output(last)),
         _ => None,
     };
     Error::usage(match missed {
-        Some(last) => format!("no output is named; did you mean -o {last}?"),
+        Some(last) => format!("no output is named; did you mean -o {}?", last.display()),
         None => "no output is named; add -o OUTPUT, for instance -o lowpoly.png".to_owned(),
     })
 }
 
-fn looks_like_output(name: &str) -> bool {
+fn looks_like_output(name: &OsStr) -> bool {
     let path = Path::new(name);
-    name == "-" || (!path.exists() && (path.extension().is_some() || name.ends_with('/')))
+    let folder = name.as_encoded_bytes().ends_with(b"/");
+    name == "-" || (!path.exists() && (path.extension().is_some() || folder))
 }
 
 /// What to say where `short` frames stay below the `target` of `--error`, the `least` like at that.
@@ -244,7 +246,7 @@ mod tests {
     #[test]
     fn a_forgotten_o_is_recognised() {
         let said = |names: &[&str]| {
-            no_output(&names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>()).to_string()
+            no_output(&names.iter().map(OsString::from).collect::<Vec<_>>()).to_string()
         };
         assert!(said(&["in.png", "none/out.gif"]).contains("did you mean -o none/out.gif?"));
         assert!(said(&["in.png", "none/%04d.png"]).contains("did you mean -o none/%04d.png?"));

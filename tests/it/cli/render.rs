@@ -153,3 +153,33 @@ fn outputs_are_replaced_only_on_request() {
     folder.run("render in.png -o out.png -y").success();
     assert_eq!(folder.open("out.png").dimensions(), (40, 30));
 }
+
+#[cfg(unix)]
+#[test]
+fn names_that_are_not_utf8_are_read_and_written() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    let folder = Folder::new();
+    folder.sequence("in", 2);
+    let name = |bytes: &'static [u8]| folder.path("").join(OsStr::from_bytes(bytes));
+    std::fs::rename(folder.path("in/f0.png"), name(b"caf\xe9_1.png")).expect("a new name");
+    std::fs::rename(folder.path("in/f1.png"), name(b"caf\xe9_2.png")).expect("a new name");
+    let render = |input: &'static [u8], output: &'static [u8]| {
+        let names = ["render".into(), name(input), "-o".into(), name(output)];
+        assert_cmd::Command::new(env!("CARGO_BIN_EXE_polyreel")).args(names).assert().success();
+        assert!(name(output).exists() || output.contains(&b'%'), "{}", output.escape_ascii());
+    };
+    render(b"caf\xe9_1.png", b"\xe9.png");
+    render(b"caf\xe9_%d.png", b"\xe9.gif");
+    render(b"caf\xe9_%d.png", b"\xe8_%02d.png");
+    assert!(name(b"\xe8_02.png").exists());
+}
+
+#[test]
+fn a_percent_sign_before_a_word_is_part_of_the_name() {
+    let folder = Folder::new();
+    folder.still("in.png", 40, 30);
+    folder.run("render in.png -o 100%done.png").success();
+    folder.run("render in.png -o 100%.png").success();
+    assert_eq!(folder.listing(), ["100%.png", "100%done.png", "in.png"]);
+}

@@ -1,5 +1,6 @@
 //! The options of `polyreel evaluate`.
 
+use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -64,7 +65,7 @@ impl EvaluateArgs {
         let outputs =
             [(&mut self.json, "json"), (&mut self.csv, "csv"), (&mut self.markdown, "md")];
         for (output, extension) in outputs {
-            let names = |input: &String| {
+            let names = |input: &OsString| {
                 PathBuf::from(input).extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
             };
             if output.as_ref().is_some_and(|path| path.as_os_str() == "-")

@@ -89,8 +89,7 @@ struct Work<'a> {
 
 impl Work<'_> {
     fn one(&mut self, file: &Path) -> Result<()> {
-        let name = file.to_str().ok_or_else(|| Error::input(file, "is not a name in UTF-8"))?;
-        let input = source::open(&[name.to_owned()], &self.args.input.options())?;
+        let input = source::open(&[file], &self.args.input.options())?;
         let mut gallery = Gallery { name: short_name(file), pictures: Vec::new() };
         if input.info().still {
             self.still(file, input, &mut gallery)?;
@@ -103,7 +102,7 @@ impl Work<'_> {
 
     fn still(&mut self, file: &Path, input: Input, gallery: &mut Gallery) -> Result<()> {
         let size = input.info().size;
-        let whole = source::open(&[file.to_string_lossy().into_owned()], &Default::default());
+        let whole = source::open(&[file], &Default::default());
         let is_whole = whole.is_ok_and(|whole| whole.info().size == size);
         let bytes = std::fs::metadata(file).ok().filter(|_| is_whole).map(|file| file.len());
         let Some(decoded) = input.start()?.next()? else {

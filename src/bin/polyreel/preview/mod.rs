@@ -19,6 +19,7 @@ mod session;
 mod status;
 mod window;
 
+use std::ffi::OsString;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::thread;
@@ -125,7 +126,7 @@ impl Beside {
     ///
     /// # Errors
     /// When there is no display.
-    pub(crate) fn open(inputs: &[String], info: &StreamInfo, controls: Controls) -> Result<Self> {
+    pub(crate) fn open(inputs: &[OsString], info: &StreamInfo, controls: Controls) -> Result<Self> {
         let stem = name::stem(inputs);
         Ok(Self(Session {
             window: open(&stem, info.size, None)?,

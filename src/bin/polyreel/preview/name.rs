@@ -1,15 +1,16 @@
 //! Names of the files that keys write: after the input, never those of files that are there.
 
+use std::ffi::OsString;
 use std::path::Path;
 
 /// What files are called after that are made of `inputs`.
-pub(super) fn stem(inputs: &[String]) -> String {
-    let first = inputs.first().map_or("", String::as_str);
+pub(super) fn stem(inputs: &[OsString]) -> String {
+    let first = inputs.first().map(|input| input.to_string_lossy()).unwrap_or_default();
     if first == "-" {
         return "stdin".to_owned();
     }
     // Of an address only the path names anything.
-    let path = first.split(['?', '#']).next().unwrap_or(first);
+    let path = first.split(['?', '#']).next().unwrap_or(&first);
     let stem = Path::new(path).file_stem().unwrap_or_default().to_string_lossy();
     let plain: String = stem
         .chars()
@@ -42,7 +43,7 @@ mod tests {
 
     #[test]
     fn files_are_called_after_the_input() {
-        let of = |input: &str| stem(&[input.to_owned()]);
+        let of = |input: &str| stem(&[input.into()]);
         assert_eq!(of("clips/dance.mp4"), "dance");
         assert_eq!(of("frames/"), "frames");
         assert_eq!(of("/dev/video0"), "video0");
