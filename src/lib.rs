@@ -38,7 +38,6 @@ pub use polyreel_core::{
 };
 
 pub mod error;
-pub mod evaluate;
 pub mod ffmpeg;
 pub mod pattern;
 pub mod pipeline;

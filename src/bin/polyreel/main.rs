@@ -25,6 +25,7 @@ mod preview;
 mod progress;
 mod record;
 mod render;
+mod scores;
 
 use std::process::ExitCode;
 

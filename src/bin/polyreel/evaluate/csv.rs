@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use polyreel::evaluate::Evaluation;
-use polyreel::evaluate::clip::{ClipMethodScores, ClipScores};
-use polyreel::evaluate::disturb::Disturbance;
-use polyreel::evaluate::still::{MethodScores, StillScores};
+use crate::scores::Evaluation;
+use crate::scores::clip::{ClipMethodScores, ClipScores};
+use crate::scores::disturb::Disturbance;
+use crate::scores::still::{MethodScores, StillScores};
 
 const HEAD: [&str; 32] = [
     "input",

@@ -5,13 +5,13 @@ mod page;
 
 use std::path::{Path, PathBuf};
 
+use crate::scores::clip::evaluate_clip;
+use crate::scores::still::evaluate_still;
+use crate::scores::tables::{short_name, tables};
+use crate::scores::thumbnail::thumbnail;
+use crate::scores::{Evaluation, Failure, Plan, over_white};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use polyreel::error::{Error, Result};
-use polyreel::evaluate::clip::evaluate_clip;
-use polyreel::evaluate::still::evaluate_still;
-use polyreel::evaluate::tables::{short_name, tables};
-use polyreel::evaluate::thumbnail::thumbnail;
-use polyreel::evaluate::{Evaluation, Failure, Plan, over_white};
 use polyreel::frame::Frame;
 use polyreel::options::Points;
 use polyreel::source::{self, Input};

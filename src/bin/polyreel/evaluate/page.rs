@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use polyreel::evaluate::still::{MethodScores, StillScores};
-use polyreel::evaluate::tables::short_name;
-use polyreel::evaluate::{Evaluation, Table, Variant};
+use crate::scores::still::{MethodScores, StillScores};
+use crate::scores::tables::short_name;
+use crate::scores::{Evaluation, Table, Variant};
 
 use super::Gallery;
 use crate::plot::{COLOURS, Line, Place, escaped, svg};

@@ -3,31 +3,31 @@
 //! Unrefined, as in the paper, and refined beside it. Sizes, rates, errors and times of stills ([`still`]) and of clips ([`clip`]); Tables 2, 3 and 4, the
 //! robustness figure and the clips' as plain [`Table`]s ([`tables`]).
 
-pub mod clip;
-pub mod disturb;
-pub mod packed;
+pub(crate) mod clip;
+pub(crate) mod disturb;
+pub(crate) mod packed;
 mod range_coder;
-pub mod still;
-pub mod table;
-pub mod tables;
-pub mod thumbnail;
+pub(crate) mod still;
+pub(crate) mod table;
+pub(crate) mod tables;
+pub(crate) mod thumbnail;
 
 use std::path::PathBuf;
 
-pub use crate::metric::over_white;
-use crate::options::{Method, Options, Quality};
-use crate::refine::RefineOptions;
 use clip::ClipScores;
+pub(crate) use polyreel::metric::over_white;
+use polyreel::options::{Method, Options, Quality};
+use polyreel::refine::RefineOptions;
 use still::StillScores;
-pub use table::Table;
+pub(crate) use table::Table;
 
 /// A method, without or with refinement after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Variant {
+pub(crate) struct Variant {
     /// Levels one and two.
-    pub method: Method,
+    pub(crate) method: Method,
     /// Whether level three follows.
-    pub refined: bool,
+    pub(crate) refined: bool,
 }
 
 impl std::fmt::Display for Variant {
@@ -40,19 +40,19 @@ impl std::fmt::Display for Variant {
 /// What is evaluated.
 #[derive(Clone, Debug, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub struct Plan {
+pub(crate) struct Plan {
     /// How every method renders; its own `method` is not looked at. Every method renders without
     /// refinement, as in the paper, and where these options ask for any, with it as well.
-    pub options: Options,
+    pub(crate) options: Options,
     /// The methods, in the order of the tables.
-    pub methods: Vec<Method>,
+    pub(crate) methods: Vec<Method>,
     /// Whether stills are rendered disturbed as well, which takes three more renders a method.
-    pub robustness: bool,
+    pub(crate) robustness: bool,
 }
 
 impl Plan {
     /// Whether there is a refinement to look at.
-    pub fn refines(&self) -> bool {
+    pub(crate) fn refines(&self) -> bool {
         RefineOptions::fresh(&self.options).steps > 0
     }
 
@@ -76,22 +76,22 @@ impl Plan {
 
 /// An input that could not be evaluated.
 #[derive(Clone, Debug, serde::Serialize)]
-pub struct Failure {
+pub(crate) struct Failure {
     /// The input as it was named.
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// What was wrong with it.
-    pub error: String,
+    pub(crate) error: String,
 }
 
 /// All that was found.
 #[derive(Clone, Debug, serde::Serialize)]
-pub struct Evaluation {
+pub(crate) struct Evaluation {
     /// What was asked for.
-    pub plan: Plan,
+    pub(crate) plan: Plan,
     /// The stills, in the order of the inputs.
-    pub stills: Vec<StillScores>,
+    pub(crate) stills: Vec<StillScores>,
     /// The clips, in the order of the inputs.
-    pub clips: Vec<ClipScores>,
+    pub(crate) clips: Vec<ClipScores>,
     /// The inputs that could not be evaluated.
-    pub failures: Vec<Failure>,
+    pub(crate) failures: Vec<Failure>,
 }

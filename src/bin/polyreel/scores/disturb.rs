@@ -4,9 +4,9 @@
 use image::codecs::jpeg::JpegEncoder;
 use image::{DynamicImage, ImageFormat, RgbImage};
 
-use crate::chance::{Purpose, unit};
-use crate::error::{Error, Result};
-use crate::frame::Frame;
+use polyreel::chance::{Purpose, unit};
+use polyreel::error::{Error, Result};
+use polyreel::frame::Frame;
 
 /// Standard deviation of the noise in steps of 0..255: variance 0.01 of the range, the default of
 /// MATLAB's `imnoise` and scikit-image's `random_noise`.
@@ -21,7 +21,7 @@ const JPEG_QUALITY: u8 = 10;
 /// What is done to a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Disturbance {
+pub(crate) enum Disturbance {
     /// Gaussian noise of standard deviation 25.5 on every channel.
     Noise,
     /// A black rectangle of the frame's proportions over 2 % of it.
@@ -32,10 +32,10 @@ pub enum Disturbance {
 
 impl Disturbance {
     /// All of them, in the order in which they are listed.
-    pub const ALL: [Self; 3] = [Self::Noise, Self::Occlusion, Self::Jpeg];
+    pub(crate) const ALL: [Self; 3] = [Self::Noise, Self::Occlusion, Self::Jpeg];
 
     /// Its name in tables.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Noise => "noise",
             Self::Occlusion => "occlusion",
@@ -47,7 +47,7 @@ impl Disturbance {
     ///
     /// # Errors
     /// When the JPEG codec fails.
-    pub fn apply(self, frame: &Frame, seed: u64) -> Result<Frame> {
+    pub(crate) fn apply(self, frame: &Frame, seed: u64) -> Result<Frame> {
         match self {
             Self::Noise => noisy(frame, seed),
             Self::Occlusion => occluded(frame, seed),
@@ -110,8 +110,8 @@ pub(super) fn jpeg(frame: &Frame, quality: u8) -> image::ImageResult<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::Size;
-    use crate::metric::mse::mse;
+    use polyreel::geom::Size;
+    use polyreel::metric::mse::mse;
 
     #[test]
     fn disturbances_are_as_strong_as_they_say() {

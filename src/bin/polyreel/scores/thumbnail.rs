@@ -1,7 +1,7 @@
 //! Small pictures for pages.
 
-use crate::error::{Error, Result};
-use crate::frame::Frame;
+use polyreel::error::{Error, Result};
+use polyreel::frame::Frame;
 
 /// Quality of the JPEGs, 1..100: no visible blocks on flat triangles.
 const QUALITY: u8 = 88;
@@ -10,7 +10,7 @@ const QUALITY: u8 = 88;
 ///
 /// # Errors
 /// When the JPEG codec fails.
-pub fn thumbnail(frame: &Frame, longest: u32) -> Result<Vec<u8>> {
+pub(crate) fn thumbnail(frame: &Frame, longest: u32) -> Result<Vec<u8>> {
     let image = frame.clone().into_image();
     let small = if image.width().max(image.height()) > longest {
         image::DynamicImage::from(image).thumbnail(longest, longest).to_rgba8()

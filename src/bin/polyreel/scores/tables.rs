@@ -5,13 +5,13 @@ use std::path::Path;
 use super::disturb::Disturbance;
 use super::still::{MethodScores, StillScores};
 use super::{Evaluation, Table, Variant};
-use crate::options::Method;
+use polyreel::options::Method;
 
 /// A dash where there is no figure.
 const NONE: &str = "-";
 
 /// All tables for which there are figures, in the order of the paper.
-pub fn tables(evaluation: &Evaluation) -> Vec<Table> {
+pub(crate) fn tables(evaluation: &Evaluation) -> Vec<Table> {
     let mut tables = Vec::new();
     if !evaluation.stills.is_empty() {
         tables.extend([points(evaluation), sizes(evaluation), likeness(evaluation)]);
@@ -30,7 +30,7 @@ pub fn tables(evaluation: &Evaluation) -> Vec<Table> {
 }
 
 /// The file's name without its folder, as rows are called.
-pub fn short_name(path: &Path) -> String {
+pub(crate) fn short_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 

@@ -4,20 +4,20 @@ use std::fmt::Write as _;
 
 /// A table with a title and a line about what its figures mean.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
-pub struct Table {
+pub(crate) struct Table {
     /// What it shows.
-    pub title: String,
+    pub(crate) title: String,
     /// What the figures are and how they were taken.
-    pub note: String,
+    pub(crate) note: String,
     /// Names of the columns.
-    pub head: Vec<String>,
+    pub(crate) head: Vec<String>,
     /// Rows of as many cells; a cell without a figure holds a dash.
-    pub rows: Vec<Vec<String>>,
+    pub(crate) rows: Vec<Vec<String>>,
 }
 
 impl Table {
     /// Aligned columns for a terminal, the first to the left, the others to the right.
-    pub fn to_text(&self) -> String {
+    pub(crate) fn to_text(&self) -> String {
         let lines = || std::iter::once(&self.head).chain(&self.rows);
         let width = |column: usize| {
             lines().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max()
@@ -41,7 +41,7 @@ impl Table {
     }
 
     /// A Markdown section with the table.
-    pub fn to_markdown(&self) -> String {
+    pub(crate) fn to_markdown(&self) -> String {
         let row = |cells: &[String]| {
             let cells: Vec<_> = cells.iter().map(|cell| cell.replace('|', "\\|")).collect();
             format!("| {} |\n", cells.join(" | "))

@@ -9,17 +9,17 @@
 //! picture that a decoder paints is the rendering, pixel by pixel (without outlines).
 
 use super::range_coder::{Bits, Byte, Encoder, Number};
-use crate::error::Result;
-use crate::frame::{Fill, Rgba};
-use crate::geom::{Point, SUBPIXEL};
-use crate::mesh::{CORNERS, Mesh};
-use crate::triangulate::triangulate;
+use polyreel::error::Result;
+use polyreel::frame::{Fill, Rgba};
+use polyreel::geom::{Point, SUBPIXEL};
+use polyreel::mesh::{CORNERS, Mesh};
+use polyreel::triangulate::triangulate;
 
 /// The bytes that stand for `mesh`, its triangles filled with `fills`, one each and in their order.
 ///
 /// # Errors
 /// When two vertices are equal.
-pub fn pack(mesh: &Mesh, fills: &[Fill]) -> Result<Vec<u8>> {
+pub(crate) fn pack(mesh: &Mesh, fills: &[Fill]) -> Result<Vec<u8>> {
     let (seeds, triangles) = ordered(mesh);
     let by_delaunay = triangulate(mesh.size, &seeds)?;
     let mut sorted: Vec<_> =
@@ -165,7 +165,7 @@ fn unpack(bytes: &[u8]) -> (Mesh, Vec<Rgba>) {
     let mut number = Number::default();
     let [width, height, seeds, alpha, told, triangles] =
         [0; 6].map(|_: u32| number.pass(&mut bits, 0));
-    let size = crate::geom::Size::new(width, height);
+    let size = polyreel::geom::Size::new(width, height);
     let mut points = vec![Point::new(0, 0); seeds as usize];
     pass_seeds(&mut bits, &mut points);
     let mut mesh = triangulate(size, &points).expect("distinct seeds");
@@ -181,12 +181,12 @@ fn unpack(bytes: &[u8]) -> (Mesh, Vec<Rgba>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chance::{Purpose, rank};
-    use crate::frame::Frame;
-    use crate::geom::Size;
-    use crate::options::{Method, Options, Points};
-    use crate::rasterise::{means, rasterise};
-    use crate::render::Renderer;
+    use polyreel::chance::{Purpose, rank};
+    use polyreel::frame::Frame;
+    use polyreel::geom::Size;
+    use polyreel::options::{Method, Options, Points};
+    use polyreel::rasterise::{means, rasterise};
+    use polyreel::render::Renderer;
 
     fn picture(alpha: bool) -> Frame {
         let size = Size::new(160, 120);
@@ -238,7 +238,7 @@ mod tests {
             let new = [[apex, p, far], [apex, far, q]];
             let area = |t: [u32; 3]| {
                 let [a, b, c] = t.map(|v| mesh.vertices[v as usize]);
-                crate::geom::orient(a, b, c)
+                polyreel::geom::orient(a, b, c)
             };
             let shared = b.contains(&p) && b.contains(&q);
             (shared && new.into_iter().all(|t| area(t) > 0)).then_some((t, u, new))

@@ -6,25 +6,25 @@ use std::time::Instant;
 use super::disturb::Disturbance;
 use super::packed::pack;
 use super::{Plan, Variant, over_white};
-use crate::error::Result;
-use crate::frame::Frame;
-use crate::geom::Size;
-use crate::metric::mse::{mse, psnr};
-use crate::metric::ssim::{ssim, ssim_gaussian};
-use crate::options::{Method, Options};
-use crate::render::{Rendered, Renderer};
+use polyreel::error::Result;
+use polyreel::frame::Frame;
+use polyreel::geom::Size;
+use polyreel::metric::mse::{mse, psnr};
+use polyreel::metric::ssim::{ssim, ssim_gaussian};
+use polyreel::options::{Method, Options};
+use polyreel::render::{Rendered, Renderer};
 
 /// How like a rendering is to its source.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Likeness {
+pub(crate) struct Likeness {
     /// SSIM of the rounded luma, uniform window of 7x7, -1..1; `None` for frames smaller than that.
-    pub ssim: Option<f64>,
+    pub(crate) ssim: Option<f64>,
     /// SSIM of the rounded luma, Gaussian window of 11x11; `None` for frames smaller than that.
-    pub ssim_gaussian: Option<f64>,
+    pub(crate) ssim_gaussian: Option<f64>,
     /// Mean squared error over RGB, 0..65025.
-    pub mse: f64,
+    pub(crate) mse: f64,
     /// Its peak signal-to-noise ratio in decibels; `None` where nothing differs.
-    pub psnr: Option<f64>,
+    pub(crate) psnr: Option<f64>,
 }
 
 impl Likeness {
@@ -32,7 +32,7 @@ impl Likeness {
     ///
     /// # Errors
     /// When they differ in size.
-    pub fn of(source: &Frame, rendered: &Frame) -> Result<Self> {
+    pub(crate) fn of(source: &Frame, rendered: &Frame) -> Result<Self> {
         let mse = mse(source, rendered)?;
         Ok(Self {
             ssim: ssim(source, rendered).ok(),
@@ -45,52 +45,52 @@ impl Likeness {
 
 /// What a method made of a still.
 #[derive(Clone, Debug, serde::Serialize)]
-pub struct MethodScores {
+pub(crate) struct MethodScores {
     /// The method.
-    pub method: Method,
+    pub(crate) method: Method,
     /// Feature points of level one.
-    pub candidates: usize,
+    pub(crate) candidates: usize,
     /// 100 - 100 x feature points / pixels, as the paper's Table 2 prints its rates.
-    pub candidates_rate: f64,
+    pub(crate) candidates_rate: f64,
     /// Seeds of level two, border points among them, corners not.
-    pub seeds: usize,
+    pub(crate) seeds: usize,
     /// 100 - 100 x seeds / pixels.
-    pub seeds_rate: f64,
+    pub(crate) seeds_rate: f64,
     /// Triangles of the mesh.
-    pub triangles: usize,
+    pub(crate) triangles: usize,
     /// Bytes of the mesh with its colours ([`super::packed`]).
-    pub mesh_bytes: usize,
+    pub(crate) mesh_bytes: usize,
     /// 100 - 100 x mesh bytes / file bytes, where the picture is a file read at its full size.
-    pub reduction: Option<f64>,
+    pub(crate) reduction: Option<f64>,
     /// Likeness to the source.
-    pub likeness: Likeness,
+    pub(crate) likeness: Likeness,
     /// Steps of refinement that were done.
-    pub refine_steps: u32,
+    pub(crate) refine_steps: u32,
     /// Milliseconds from pixels to pixels: no decoding, no encoding.
-    pub ms: f64,
+    pub(crate) ms: f64,
     /// Likeness of the renderings of disturbed pictures to the undisturbed source; without refinement
     /// alone.
-    pub robustness: Vec<(Disturbance, Likeness)>,
+    pub(crate) robustness: Vec<(Disturbance, Likeness)>,
 }
 
 /// The figures of a still.
 #[derive(Clone, Debug, serde::Serialize)]
-pub struct StillScores {
+pub(crate) struct StillScores {
     /// The file.
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// Width and height as evaluated.
-    pub size: Size,
+    pub(crate) size: Size,
     /// Bytes of the file.
-    pub file_bytes: Option<u64>,
+    pub(crate) file_bytes: Option<u64>,
     /// One entry a method, in the plan's order, without refinement.
-    pub methods: Vec<MethodScores>,
+    pub(crate) methods: Vec<MethodScores>,
     /// The same with refinement; empty where the plan has none.
-    pub refined: Vec<MethodScores>,
+    pub(crate) refined: Vec<MethodScores>,
 }
 
 impl StillScores {
     /// One entry a method, without or with refinement.
-    pub fn of(&self, refined: bool) -> &[MethodScores] {
+    pub(crate) fn of(&self, refined: bool) -> &[MethodScores] {
         if refined { &self.refined } else { &self.methods }
     }
 }
@@ -100,7 +100,7 @@ impl StillScores {
 ///
 /// # Errors
 /// When an option is out of range.
-pub fn evaluate_still(
+pub(crate) fn evaluate_still(
     path: PathBuf,
     frame: &Frame,
     file_bytes: Option<u64>,

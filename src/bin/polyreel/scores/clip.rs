@@ -4,59 +4,59 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::{Plan, Variant, over_white};
-use crate::error::Result;
-use crate::frame::Frame;
-use crate::geom::Size;
-use crate::metric::flicker::Flicker;
-use crate::metric::mse::mse;
-use crate::metric::ssim::ssim;
-use crate::metric::warp::WarpError;
-use crate::options::Method;
-use crate::render::Renderer;
-use crate::source::Source;
+use polyreel::error::Result;
+use polyreel::frame::Frame;
+use polyreel::geom::Size;
+use polyreel::metric::flicker::Flicker;
+use polyreel::metric::mse::mse;
+use polyreel::metric::ssim::ssim;
+use polyreel::metric::warp::WarpError;
+use polyreel::options::Method;
+use polyreel::render::Renderer;
+use polyreel::source::Source;
 
 /// What a method made of a clip.
 #[derive(Clone, Debug, serde::Serialize)]
-pub struct ClipMethodScores {
+pub(crate) struct ClipMethodScores {
     /// The method.
-    pub method: Method,
+    pub(crate) method: Method,
     /// Frames per second from pixels to pixels, one frame after the other: no decoding, no encoding.
-    pub fps: f64,
+    pub(crate) fps: f64,
     /// Mean SSIM of the frames (rounded luma, 7x7); `None` for frames smaller than the window.
-    pub ssim: Option<f64>,
+    pub(crate) ssim: Option<f64>,
     /// Mean squared error over all frames.
-    pub mse: f64,
+    pub(crate) mse: f64,
     /// FDB ([`Flicker`]), 0..510; `None` for a single frame.
-    pub fdb: Option<f64>,
+    pub(crate) fdb: Option<f64>,
     /// E_warp of the rendering ([`WarpError`]), 0..1.
-    pub warp_error: Option<f64>,
+    pub(crate) warp_error: Option<f64>,
     /// Seeds of a frame in the mean.
-    pub seeds: f64,
+    pub(crate) seeds: f64,
     /// Seeds of the frame before that a frame keeps in the mean, in place or moved; from the second
     /// frame on.
-    pub seeds_kept: f64,
+    pub(crate) seeds_kept: f64,
 }
 
 /// The figures of a clip.
 #[derive(Clone, Debug, serde::Serialize)]
-pub struct ClipScores {
+pub(crate) struct ClipScores {
     /// The file.
-    pub path: PathBuf,
+    pub(crate) path: PathBuf,
     /// Width and height as evaluated.
-    pub size: Size,
+    pub(crate) size: Size,
     /// Frames that were evaluated.
-    pub frames: u64,
+    pub(crate) frames: u64,
     /// E_warp of the source itself: what is left to its own motion and noise.
-    pub source_warp_error: Option<f64>,
+    pub(crate) source_warp_error: Option<f64>,
     /// One entry a method, in the plan's order, without refinement.
-    pub methods: Vec<ClipMethodScores>,
+    pub(crate) methods: Vec<ClipMethodScores>,
     /// The same with refinement; empty where the plan has none.
-    pub refined: Vec<ClipMethodScores>,
+    pub(crate) refined: Vec<ClipMethodScores>,
 }
 
 impl ClipScores {
     /// One entry a method, without or with refinement.
-    pub fn of(&self, refined: bool) -> &[ClipMethodScores] {
+    pub(crate) fn of(&self, refined: bool) -> &[ClipMethodScores] {
         if refined { &self.refined } else { &self.methods }
     }
 }
@@ -125,7 +125,7 @@ impl Run {
 ///
 /// # Errors
 /// When a frame cannot be read, or an option is out of range.
-pub fn evaluate_clip(
+pub(crate) fn evaluate_clip(
     path: PathBuf,
     frames: &mut dyn Source,
     plan: &Plan,
