@@ -47,7 +47,7 @@ pub enum Error {
     },
     /// The engine refused the options or the picture.
     #[error(transparent)]
-    Core(#[from] polyreel_core::error::Error),
+    Core(#[from] polyreel_core::Error),
     /// A stage panicked; the panic itself is resumed at the caller of the run.
     #[error("stage {0} panicked")]
     Panicked(Stage),

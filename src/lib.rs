@@ -1,22 +1,20 @@
 //! polyreel turns pictures, GIFs and video into low-poly art, frame by frame.
 //!
-//! A [`frame::Frame`] goes through three levels: [`feature`] finds the pixels that matter, [`sample`]
-//! thins them on a hexagonal grid to seeds, which [`triangulate`] makes a mesh of, and [`refine`] lets
-//! the mesh learn where the edges are; [`rasterise`] fills each triangle with the mean colour of its
-//! pixels. [`render::Renderer`] is that chain on one thread, [`pipeline::run`] on a thread a stage,
-//! from a [`source`] to a [`sink`].
+//! [`run`] takes frames from a [`Source`] to a [`Sink`], each stage of the work on a thread of its own:
 //!
 //! ```text
-//! decode -> features -> sample, triangulate, refine -> rasterise -> encode
+//! decode -> features -> mesh (sample, triangulate, refine) -> rasterise -> encode
 //! ```
 //!
-//! The mesh lives on from frame to frame, carried along with the picture:
+//! [`open`] makes a source of files, [`create`] a sink of a file's name. A [`Renderer`] is the same chain
+//! without files, on the caller's thread:
 //!
 //! ```
-//! use polyreel::{frame::Frame, geom::Size, options::{Options, Points}, render::Renderer};
+//! use polyreel::{Frame, Options, Points, Renderer, Size};
 //!
-//! # fn main() -> polyreel::error::Result<()> {
-//! let options = Options { points: Points::Count(40), ..Options::default() };
+//! # fn main() -> polyreel::Result<()> {
+//! let mut options = Options::default();
+//! options.points = Points::Count(40);
 //! let mut renderer = Renderer::new(&options)?;
 //! let frame = Frame::filled(Size::new(64, 48), [90, 120, 60, 255])?;
 //! let first = renderer.render(&frame)?;
@@ -27,25 +25,84 @@
 //! # }
 //! ```
 //!
-//! Layers, lowest first; a module uses only what stands above it: [`geom`], [`stage`], [`error`],
-//! [`colour`], [`frame`], [`chance`]; [`options`], [`mesh`], [`hex`], [`echo`], [`scan`], [`draw`],
-//! [`plane`], [`flow`], [`feature`]; [`sample`], [`triangulate`], [`refine`], [`rasterise`], [`governor`];
-//! [`metric`], [`render`], [`ffmpeg`], [`source`], [`sink`], [`evaluate`]; [`pipeline`].
+//! The engine alone is the crate `polyreel-core`, whose names are all here.
+//!
+//! # Features
+//!
+//! - `cli` (default): the program.
+//! - `preview` (default): its live window.
+//! - `unstable`: the modules behind these names, without any promise.
+//!
+//! # Layers
+//!
+//! Modules, lowest first; each uses only those before it, and the engine (checked by a test):
+//! `error`, `stream`, `pattern`, `ffmpeg`, `preset`, `source`, `sink`, `pipeline`
 
-pub use polyreel_core::{
-    chance, colour, draw, echo, feature, flow, frame, geom, governor, hex, mesh, metric, options,
-    plane, rasterise, refine, render, sample, scan, stage, triangulate,
-};
+// Without `unstable` parts that only the program uses have no user here.
+#![cfg_attr(not(feature = "unstable"), allow(dead_code, unreachable_pub, unused_imports))]
 
-pub mod error;
-pub mod ffmpeg;
-pub mod pattern;
-pub mod pipeline;
+#[cfg(feature = "unstable")]
+#[doc(hidden)]
+pub use polyreel_core::unstable::*;
+#[cfg(not(feature = "unstable"))]
+use polyreel_core::unstable::*;
+
 pub mod preset;
+
+#[cfg(not(feature = "unstable"))]
+mod error;
+#[cfg(not(feature = "unstable"))]
+mod ffmpeg;
+#[cfg(not(feature = "unstable"))]
+mod pattern;
+#[cfg(not(feature = "unstable"))]
+mod pipeline;
+#[cfg(not(feature = "unstable"))]
+mod sink;
+#[cfg(not(feature = "unstable"))]
+mod source;
+#[cfg(not(feature = "unstable"))]
+mod stream;
+
+#[cfg(feature = "unstable")]
+#[doc(hidden)]
+pub mod error;
+#[cfg(feature = "unstable")]
+#[doc(hidden)]
+pub mod ffmpeg;
+#[cfg(feature = "unstable")]
+#[doc(hidden)]
+pub mod pattern;
+#[cfg(feature = "unstable")]
+#[doc(hidden)]
+pub mod pipeline;
+#[cfg(feature = "unstable")]
+#[doc(hidden)]
 pub mod sink;
+#[cfg(feature = "unstable")]
+#[doc(hidden)]
 pub mod source;
+#[cfg(feature = "unstable")]
+#[doc(hidden)]
 pub mod stream;
-pub(crate) use polyreel_core::vector;
+
+pub use error::{Error, Result};
+pub use pipeline::{
+    BudgetReport, Controls, Ending, FrameReport, Guide, Observer, Settings, StageTimes, Stop,
+    Summary, run,
+};
+pub use polyreel_core::unstable::frame::{Buffers, Colorimetry, Rational};
+pub use polyreel_core::unstable::stage::{Percentiles, Stage};
+pub use polyreel_core::{
+    CellPercentiles, Colour, Edges, Fill, Frame, FrontEnd, Life, MAX_SIDE, Mesh, Method, Options,
+    PRESETS, Point, Points, Preset, Quality, Rendered, Renderer, Rgba, SUBPIXEL, Size, Target,
+    Thresholds,
+};
+pub use sink::ffmpeg::VideoOptions;
+pub use sink::sound::Sound;
+pub use sink::{Needs, Origin, Picture, Sink, SinkOptions, create};
+pub use source::{Decoded, Input, Source, SourceOptions, open};
+pub use stream::{Loops, Span, StreamInfo};
 
 /// The README's example, compiled and run as a test.
 #[cfg(doctest)]

@@ -1,12 +1,13 @@
 //! What is known of a stream before its frames are read, and when its frames are shown.
 
-use polyreel_core::colour::Colorimetry;
-use polyreel_core::frame::Rational;
-use polyreel_core::geom::Size;
+use crate::colour::Colorimetry;
+use crate::frame::Rational;
+use crate::geom::Size;
 
 /// How often an animation plays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub enum Loops {
     /// Once (also for what is no animation).
     #[default]
@@ -19,6 +20,7 @@ pub enum Loops {
 
 /// What is known of a stream before its frames are read.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct StreamInfo {
     /// Format as recognised by content: `png`, `gif`, `apng`, `webp`, `y4m`, `h264 in mov` ...
     pub format: String,
@@ -44,10 +46,9 @@ pub struct StreamInfo {
     pub colour: Option<Colorimetry>,
 }
 
-#[cfg(test)]
 impl StreamInfo {
     /// A film of `size` of which nothing else is known.
-    pub(crate) fn of(size: Size) -> Self {
+    pub fn of(size: Size) -> Self {
         Self {
             format: String::new(),
             size,

@@ -68,6 +68,7 @@ const ROOM: usize = 1;
 
 /// How to run, beside what to render.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Settings {
     /// How to render.
     pub options: Options,

@@ -16,6 +16,7 @@ use super::report::FrameReport;
 
 /// What decides how much detail frames have.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub enum Guide {
     /// The options alone.
     #[default]

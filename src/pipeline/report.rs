@@ -14,6 +14,7 @@ use crate::stream::StreamInfo;
 
 /// How one frame came to be, in figures.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct FrameReport {
     /// Number of the frame in the source, from 0. Dropped frames leave gaps.
     pub index: u64,
@@ -111,6 +112,7 @@ impl Serialize for StageTimes {
 
 /// How a run ended that did not fail.
 #[derive(Debug)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub enum Ending {
     /// With the end of the input.
     Complete,
@@ -124,6 +126,7 @@ pub enum Ending {
 
 /// A run in sum.
 #[derive(Debug)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Summary {
     /// Frames written.
     pub frames: u64,
@@ -234,6 +237,7 @@ pub struct OutputReport {
 
 /// How the time budget was kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct BudgetReport {
     /// Time for each frame; `None` when none was set.
     pub ms: Option<f64>,

@@ -36,6 +36,7 @@ use still::Format;
 
 /// A finished frame on its way to a sink.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Picture {
     /// The low-poly picture.
     pub frame: Frame,
@@ -48,6 +49,7 @@ pub struct Picture {
 
 /// What a picture was made from, for sinks that show it.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Origin {
     /// The source frame.
     pub frame: Frame,
@@ -57,6 +59,7 @@ pub struct Origin {
 
 /// What a [`Sink`] asks of the pictures it takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Needs {
     /// Opaque pictures without outlines are painted as planes of this form, which must be
     /// [squared](crate::colour::Layout::is_squared); others come as pixels all the same. Default: none,
@@ -108,6 +111,7 @@ pub trait Sink: Send {
 
 /// How an output is written.
 #[derive(Clone, Debug)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct SinkOptions {
     /// Whether existing outputs may be replaced. Default: no.
     pub overwrite: bool,

@@ -9,6 +9,7 @@ use crate::stream::StreamInfo;
 
 /// How to encode.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct VideoOptions {
     /// A codec (`h264`, `h265`, `vp8`, `vp9`, `av1`, `prores`) or ffmpeg's name of an encoder.
     /// Default `None`: H.264, in WebM VP9.

@@ -37,6 +37,7 @@ use warmup::WarmedUp;
 
 /// A frame as it comes from a source.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Decoded {
     /// The picture, upright, at the stream's size.
     pub frame: Frame,
@@ -80,6 +81,7 @@ pub trait Source {
 
 /// What of an input is read, and how. The default reads all of it as it is.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct SourceOptions {
     /// Seconds from the input's start: frames that start earlier are left out, and times count from
     /// here. Default: the beginning.

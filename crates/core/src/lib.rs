@@ -1,29 +1,97 @@
 //! The engine of polyreel: turns one frame after another into low-poly art.
 //!
-//! No module reads a file, starts a process, asks a clock or looks at the environment.
+//! A [`Renderer`] takes [`Frame`]s and gives [`Rendered`] pictures, each with the [`Mesh`] behind it.
+//! [`Options`] say how. Nothing here reads a file, starts a process, asks a clock or looks at the environment;
+//! files, video and threads between stages are in the crate `polyreel`.
+//!
+//! ```
+//! use polyreel_core::{Frame, Options, Points, Renderer, Size};
+//!
+//! # fn main() -> polyreel_core::Result<()> {
+//! let size = Size::new(64, 48);
+//! let gradient = (0..size.pixels()).map(|i| [(i % 64 * 4) as u8, (i / 64 * 5) as u8, 90, 255]);
+//! let frame = Frame::new(size, gradient.collect())?;
+//!
+//! let mut options = Options::default();
+//! options.points = Points::Count(60);
+//! let mut renderer = Renderer::new(&options)?;
+//! let rendered = renderer.render(&frame)?;
+//! assert_eq!(rendered.painting.frame.size(), size);
+//! assert_eq!(rendered.mesh.seeds().len(), 60);
+//!
+//! // The mesh lives on from frame to frame: where nothing moves, all seeds stay.
+//! let again = renderer.render(&frame)?;
+//! assert_eq!(again.life.kept, 60);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Features
+//!
+//! - `parallel` (default): all processors work on a frame. Without it the same bytes come from one thread.
+//! - `image`: frames from and to images of the `image` crate.
+//! - `serde`: options and reports as data.
+//! - `unstable`: the modules behind these types, without any promise. The crate `polyreel` uses it.
+//!
+//! # Layers
+//!
+//! Modules, lowest first; each uses only those before it (checked by a test of the crate `polyreel`):
+//!
+//! 1. `geom`, `stage`, `error`, `vector`, `parallel`, `colour`, `frame`, `chance`
+//! 2. `plane`, `options`, `mesh`, `hex`, `echo`, `scan`, `draw`, `flow`, `feature`
+//! 3. `sample`, `triangulate`, `refine`, `rasterise`, `governor`, `metric`, `render`
 
-pub mod chance;
-pub mod colour;
-pub mod draw;
-pub mod echo;
-pub mod error;
-pub mod feature;
-pub mod flow;
-pub mod frame;
-pub mod geom;
-pub mod governor;
-pub mod hex;
-pub mod mesh;
-pub mod metric;
-pub mod options;
+// Without `unstable` parts that only other crates use, such as the governor, have no user here.
+#![cfg_attr(not(feature = "unstable"), allow(dead_code, unreachable_pub, unused_imports))]
+
+mod chance;
+mod colour;
+mod draw;
+mod echo;
+mod error;
+mod feature;
+mod flow;
+mod frame;
+mod geom;
+mod governor;
+mod hex;
+mod mesh;
+mod metric;
+mod options;
 mod parallel;
-pub mod plane;
-pub mod rasterise;
-pub mod refine;
-pub mod render;
-pub mod sample;
-pub mod scan;
-pub mod stage;
-pub mod triangulate;
+mod plane;
+mod rasterise;
+mod refine;
+mod render;
+mod sample;
+mod scan;
+mod stage;
+mod triangulate;
+mod vector;
+
+pub use error::{Error, Result};
+pub use frame::{Fill, Frame, Rgba};
+pub use geom::{MAX_SIDE, Point, SUBPIXEL, Size};
+pub use mesh::Mesh;
+pub use options::{
+    CellPercentiles, Colour, Edges, FrontEnd, Method, Options, PRESETS, Points, Preset, Quality,
+    Target, Thresholds,
+};
+pub use render::{Rendered, Renderer};
+pub use sample::Life;
+
+/// The modules of the engine, for the crate `polyreel`, its benches and its tests. Anything here may change
+/// in any release.
+#[cfg(feature = "unstable")]
 #[doc(hidden)]
-pub mod vector;
+pub mod unstable {
+    macro_rules! modules {
+        ($($name:ident)*) => {
+            $(pub mod $name { pub use crate::$name::*; })*
+        };
+    }
+    modules! {
+        chance colour draw echo error feature flow frame geom governor hex mesh metric options plane
+        rasterise refine render sample scan stage triangulate vector
+    }
+}

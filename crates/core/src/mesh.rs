@@ -118,6 +118,7 @@ impl Mesh {
     }
 
     /// Turns each triangle so that its smallest vertex number comes first, and sorts them.
+    #[doc(hidden)]
     pub fn canonicalise(triangles: &mut [[u32; 3]]) {
         for t in triangles.iter_mut() {
             *t = Self::smallest_first(*t);
@@ -126,6 +127,7 @@ impl Mesh {
     }
 
     /// The triangle turned so that its smallest vertex number comes first.
+    #[doc(hidden)]
     pub fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
         if a < b && a < c {
             [a, b, c]
@@ -144,6 +146,7 @@ impl Mesh {
     ///
     /// # Errors
     /// The first invariant that does not hold.
+    #[doc(hidden)]
     pub fn check(&self) -> Result<(), MeshFault> {
         self.check_vertices()?;
         let mut edges = Vec::with_capacity(self.triangles.len() * 3);

@@ -22,16 +22,21 @@ pub use target::Target;
 /// How to render: everything that decides the bytes of the output, but the input itself.
 ///
 /// ```
-/// use polyreel_core::options::{Options, Points};
-/// let options = Options { points: Points::Count(500), seed: 7, ..Options::default() };
+/// use polyreel_core::{Options, Points};
+/// let mut options = Options::default();
+/// options.points = Points::Count(500);
+/// options.seed = 7;
 /// options.validate().expect("these are sound");
 /// ```
+///
+/// Fields may be added: begin with [`Options::default`], [`Options::paper`] or a [`Preset`], and set fields.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize, serde::Deserialize),
     serde(default, deny_unknown_fields, rename_all = "kebab-case")
 )]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Options {
     /// Levels one and two. Default [`Method::Hrlp`].
     pub method: Method,
@@ -149,6 +154,7 @@ impl Default for Options {
 impl Options {
     /// Whether seeds chosen as `other` asks may live on where these options hold: what differs, if
     /// anything, concerns only what is done with them afterwards.
+    #[doc(hidden)]
     pub fn keeps_seeds_of(&self, other: &Self) -> bool {
         // What is listed here is for refinement and for painting.
         let same = Self {

@@ -18,6 +18,7 @@ use reach::{Goal, fewest, reach};
 
 /// A frame that went through the chain.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Rendered {
     /// The picture and its colours.
     pub painting: Painting,
@@ -36,13 +37,14 @@ pub struct Rendered {
 /// Renders frame after frame; the mesh and its colours live on between them.
 ///
 /// ```
-/// use polyreel_core::{frame::Frame, geom::Size, options::{Options, Points}, render::Renderer};
-/// # fn main() -> polyreel_core::error::Result<()> {
+/// use polyreel_core::{Frame, Options, Points, Renderer, Size};
+/// # fn main() -> polyreel_core::Result<()> {
 /// let size = Size::new(64, 48);
 /// let gradient = (0..size.pixels()).map(|i| [(i % 64 * 4) as u8, (i / 64 * 5) as u8, 90, 255]);
 /// let frame = Frame::new(size, gradient.collect())?;
 ///
-/// let options = Options { points: Points::Count(60), ..Options::default() };
+/// let mut options = Options::default();
+/// options.points = Points::Count(60);
 /// let rendered = Renderer::new(&options)?.render(&frame)?;
 /// assert_eq!(rendered.mesh.seeds().len(), 60);
 /// assert_eq!(rendered.painting.frame.size(), size);
@@ -74,6 +76,7 @@ impl Renderer {
     }
 
     /// The same, and pictures are painted as planes where they can be: see [`Painter::with_form`].
+    #[doc(hidden)]
     pub fn with_form(mut self, form: Option<Form>) -> Self {
         self.painter = self.painter.with_form(form);
         self
@@ -105,6 +108,7 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::render`].
+    #[doc(hidden)]
     pub fn render_in(&mut self, frame: &Frame, detail: &Detail) -> Result<Rendered> {
         let features = self.extractor.extract(frame, detail.look);
         let (mut mesh, fresh) =

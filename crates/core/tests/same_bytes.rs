@@ -2,15 +2,14 @@
 //! against the same stored values.
 //!
 //! ```text
-//! cargo test -p polyreel-core --test same_bytes
-//! cargo test -p polyreel-core --test same_bytes --no-default-features
+//! cargo test -p polyreel-core --test same_bytes --features unstable
+//! cargo test -p polyreel-core --test same_bytes --no-default-features --features unstable
 //! ```
 
-use polyreel_core::colour::{Coding, Form, Layout, Matrix, Planes, Range, from_rgba};
-use polyreel_core::frame::Frame;
-use polyreel_core::geom::Size;
-use polyreel_core::options::{Colour, Edges, FrontEnd, Method, Options, Points, Quality};
-use polyreel_core::render::Renderer;
+use polyreel_core::unstable::colour::{Coding, Form, Layout, Matrix, Planes, Range, from_rgba};
+use polyreel_core::{
+    Colour, Edges, Frame, FrontEnd, Method, Options, Points, Quality, Renderer, Size,
+};
 
 const SIZE: Size = Size::new(160, 120);
 const FRAMES: u32 = 6;

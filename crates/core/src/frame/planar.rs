@@ -88,6 +88,7 @@ impl Frame {
     /// # Errors
     /// When a side is 0 or above [`crate::geom::MAX_SIDE`], the planes are of another layout, or not as
     /// long as it says.
+    #[doc(hidden)]
     pub fn planar(planes: Planes, room: Vec<Rgba>) -> Result<Self> {
         let (layout, bytes) = (planes.form.layout, planes.data.len());
         check_size(layout.size)?;
@@ -143,6 +144,7 @@ impl Frame {
     }
 
     /// The planes, of a frame that came as such.
+    #[doc(hidden)]
     pub fn planes(&self) -> Option<&Planes> {
         self.planes.as_ref()
     }

@@ -8,6 +8,7 @@
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "lowercase")
 )]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub enum Method {
     /// K-means colour regions, thinned by density on the hexagonal grid (HRLP; Algorithm 1).
     #[default]
@@ -71,6 +72,7 @@ impl Method {
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "lowercase")
 )]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub enum FrontEnd {
     /// Sobel's gradient ([`crate::feature::edges::sobel`]).
     Sobel,
@@ -121,6 +123,7 @@ impl FrontEnd {
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "lowercase")
 )]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub enum Quality {
     /// None.
     Draft,
@@ -152,6 +155,7 @@ impl Quality {
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "lowercase")
 )]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub enum Edges {
     /// A step of colour is spread over two pixels, as antialiasing does: less error, and less flicker where
     /// edges move.

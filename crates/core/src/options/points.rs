@@ -10,6 +10,7 @@ use crate::geom::Size;
     derive(serde::Serialize, serde::Deserialize),
     serde(try_from = "Written", into = "String")
 )]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub enum Points {
     /// This many.
     Count(u32),

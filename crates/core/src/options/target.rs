@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
     derive(serde::Serialize, serde::Deserialize),
     serde(try_from = "String", into = "String")
 )]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub enum Target {
     /// Peak signal-to-noise ratio over RGB in decibels, above 0 and at most 100.
     Psnr(f64),

@@ -38,6 +38,7 @@ pub enum Start {
 
 /// How the seeds of a frame came to be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Life {
     /// Seeds of the frame before that stayed where they were.
     pub kept: usize,

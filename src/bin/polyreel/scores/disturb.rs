@@ -34,15 +34,6 @@ impl Disturbance {
     /// All of them, in the order in which they are listed.
     pub(crate) const ALL: [Self; 3] = [Self::Noise, Self::Occlusion, Self::Jpeg];
 
-    /// Its name in tables.
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Noise => "noise",
-            Self::Occlusion => "occlusion",
-            Self::Jpeg => "jpeg",
-        }
-    }
-
     /// `frame`, which must be opaque, after it. Chance is decided by `seed`.
     ///
     /// # Errors
