@@ -35,24 +35,24 @@ fn bench(c: &mut Criterion) {
     let mut refiner = Refiner::default();
     group.bench_function("first step, in vain", |b| {
         let none = RefineOptions { threshold: 1e9, ..one };
-        let run = |mut mesh| refiner.refine(black_box(&mut mesh), &frames[0], &none);
+        let run = |mut mesh| refiner.still(black_box(&mut mesh), &frames[0], &none, None);
         b.iter_batched(|| start.clone(), run, BatchSize::LargeInput);
     });
     group.bench_function("first step", |b| {
-        let run = |mut mesh| refiner.refine(black_box(&mut mesh), &frames[0], &one);
+        let run = |mut mesh| refiner.still(black_box(&mut mesh), &frames[0], &one, None);
         b.iter_batched(|| start.clone(), run, BatchSize::LargeInput);
     });
     for (name, live) in [
         ("video, one step", RefineOptions { steps: 1, ..RefineOptions::live() }),
-        ("video, two steps", RefineOptions::live()),
+        ("video, three steps", RefineOptions::live()),
     ] {
         group.bench_function(name, |b| {
             let mut mesh = start.clone();
-            refiner.refine(&mut mesh, &frames[0], &RefineOptions::normal());
+            refiner.still(&mut mesh, &frames[0], &RefineOptions::normal(), None);
             let mut turn = 0;
             b.iter(|| {
                 turn = 1 - turn;
-                refiner.resume(&mut mesh, &frames[turn], &live, None)
+                refiner.frame(&mut mesh, &frames[turn], &live, None)
             });
         });
     }

@@ -88,8 +88,8 @@ pub mod stream;
 
 pub use error::{Error, Result};
 pub use pipeline::{
-    BudgetReport, Controls, Ending, FrameReport, Guide, Observer, Settings, StageTimes, Stop,
-    Summary, run,
+    BudgetReport, Controls, DetailPolicy, Ending, FrameReport, Observer, Settings, StageTimes,
+    Stop, Summary, run,
 };
 pub use polyreel_core::unstable::frame::{Buffers, Colorimetry, Rational};
 pub use polyreel_core::unstable::stage::{Percentiles, Stage};

@@ -1,66 +1,50 @@
-//! The chain on one thread, as [`polyreel::render::Renderer`] has it, to be looked at between its stages.
+//! The chain on one thread, as [`polyreel::render::Renderer`] has it, with a look between its stages.
 
+use polyreel::chain;
+use polyreel::chain::StageProbe;
 use polyreel::colour::Form;
-use polyreel::echo::Echo;
-use polyreel::feature::Extractor;
-use polyreel::frame::Frame;
+use polyreel::frame::{Frame, Rational};
 use polyreel::options::{Detail, Options};
-use polyreel::rasterise::{Brief, Painter};
-use polyreel::render::{Mesher, triangulate_start};
 use polyreel::sink::Picture;
 use polyreel::stage::Stage;
+use polyreel::stream::Span;
 
 /// The stages that compute.
 #[allow(dead_code, reason = "not every bench looks between the stages")]
 pub(crate) const STAGES: [Stage; 5] =
     [Stage::Features, Stage::Sample, Stage::Triangulate, Stage::Refine, Stage::Rasterise];
 
-/// The stages' state.
-pub(crate) struct Chain {
-    extractor: Extractor,
-    mesher: Mesher,
-    painter: Painter,
-    echo: Option<Echo>,
+/// Calls a function after each of [`STAGES`].
+struct After<F>(F);
+
+impl<F: FnMut(Stage)> StageProbe for After<F> {
+    fn stage<T: Send>(&mut self, stage: Stage, work: impl FnOnce() -> T + Send) -> T {
+        let done = work();
+        (self.0)(stage);
+        done
+    }
 }
+
+/// The chain for a film that is written as video.
+pub(crate) struct Chain(chain::Chain);
 
 impl Chain {
     /// A chain whose pictures are painted as planes of this `form`.
     pub(crate) fn new(options: &Options, form: Option<Form>) -> Self {
-        Self {
-            extractor: Extractor::new(options),
-            mesher: Mesher::new(options),
-            painter: Painter::new(options).with_form(form),
-            echo: None,
-        }
+        Self(chain::Chain::new(options).expect("sound options").with_form(form))
     }
 
-    /// Takes back a picture that was looked at, as the sinks of a video give it back.
+    /// Takes back the buffers of a picture that was looked at, as the pipeline does.
     pub(crate) fn recycle(&mut self, picture: Picture) {
-        self.painter.recycle(picture.frame.into_buffers());
+        self.0.recycle(picture.frame.into_buffers());
     }
 
-    /// Renders `frame`, and calls `done` after each of [`STAGES`]. Taking up the mesh for the next frame
-    /// counts as refinement, letting go of what nobody needs any more as rasterising.
-    pub(crate) fn render(&mut self, frame: &Frame, mut done: impl FnMut(Stage)) -> Picture {
-        let detail = Detail::FULL;
-        let features = self.extractor.extract(frame, detail.look);
-        done(Stage::Features);
-        let start = self.mesher.sample(&features, frame, &detail).expect("seeds");
-        done(Stage::Sample);
-        let (mut mesh, fresh) = triangulate_start(frame, start).expect("a mesh");
-        done(Stage::Triangulate);
-        let echo = self.echo.take();
-        let refined = self.mesher.refine(&mut mesh, frame, fresh, &detail, echo).expect("refines");
-        self.mesher.remember(&mesh, fresh, &refined);
-        let call = self.mesher.call(&refined);
-        done(Stage::Refine);
-        let brief = Brief { fresh, known: refined.fills, call };
-        let answer = |echo| self.echo = echo;
-        let painting = self.painter.paint(&mesh, frame, detail.rows, brief, answer);
-        drop(features);
-        self.mesher.recycle(mesh);
-        done(Stage::Rasterise);
-        let span = polyreel::stream::Span { start: polyreel::frame::Rational::ZERO, length: None };
+    /// Renders `frame`, and calls `done` after each of [`STAGES`].
+    pub(crate) fn render(&mut self, frame: &Frame, done: impl FnMut(Stage)) -> Picture {
+        let (_, meshed, painting) =
+            self.0.run(frame, &Detail::FULL, &mut After(done)).expect("renders");
+        self.0.recycle_mesh(meshed.mesh);
+        let span = Span { start: Rational::ZERO, length: None };
         Picture { frame: painting.frame, fills: painting.fills, span }
     }
 }

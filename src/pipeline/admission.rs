@@ -1,4 +1,4 @@
-//! The way in: frames of a file wait for their turn, frames of a live source do not.
+//! The decode stage: frames of a file wait for room, frames of a live source do not.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -11,10 +11,10 @@ use crate::source::{Decoded, Source};
 use crate::stage::Stage;
 
 use super::controls::Controls;
-use super::hop::{Admitted, Orders, Ticket};
-use super::pilot::Pilot;
+use super::detail::DetailController;
+use super::hop::{Admitted, FrameContext, FrameSettings};
 use super::report::FrameReport;
-use super::station::Station;
+use super::worker::StageWorker;
 
 /// Asks a run to stop early. Clones ask for the same. To stop is to have a shorter input: what is in
 /// flight is finished, and the output is complete and valid.
@@ -33,38 +33,38 @@ impl Stop {
     }
 }
 
-/// Where frames are let in.
+/// What decides which frames are admitted, and with which settings.
 #[derive(Debug)]
-pub(super) struct Door<'a> {
-    /// What is asked for.
+pub(super) struct Admission<'a> {
+    /// The options of the run.
     pub(super) controls: &'a Controls,
-    /// What decides the detail.
-    pub(super) pilot: &'a Pilot,
-    /// The user's wish to stop.
+    /// Chooses the detail.
+    pub(super) controller: &'a DetailController,
+    /// The user's request to stop.
     pub(super) stop: &'a Stop,
     /// Set when the rest of the pipeline has ended.
     pub(super) over: &'a AtomicBool,
-    /// For a live source, the far end of the way out, to take stale frames back.
+    /// For a live source, the receiver of the next stage, to take stale frames back.
     pub(super) queue: Option<Receiver<Result<Admitted>>>,
     /// Frames that have been painted, on their way back to the source, which fills them again.
-    pub(super) spent: Receiver<Frame>,
-    /// Counts frames that were not let in.
+    pub(super) frames: Receiver<Frame>,
+    /// Counts frames that were not admitted.
     pub(super) dropped: &'a AtomicU64,
 }
 
-impl Door<'_> {
-    fn is_shut(&self) -> bool {
+impl Admission<'_> {
+    fn is_over(&self) -> bool {
         self.stop.is_requested() || self.over.load(Ordering::Relaxed)
     }
 
-    /// Lets `hop` in: waits for room, or, live, takes the place of a frame that nobody has fetched yet.
-    /// Whether to go on.
-    fn admit(&self, station: &Station<Admitted>, mut hop: Result<Admitted>) -> bool {
+    /// Admits `hop`: waits for room, or, of a live source, replaces a frame that the next stage has not taken
+    /// yet. Returns whether to go on.
+    fn admit(&self, worker: &StageWorker<Admitted>, mut hop: Result<Admitted>) -> bool {
         let Some(queue) = self.queue.as_ref().filter(|_| hop.is_ok()) else {
-            return station.send(hop);
+            return worker.send(hop);
         };
-        while let Some(refused) = station.offer(hop) {
-            // The frame may have been fetched in between; then there is room now.
+        while let Some(refused) = worker.try_send(hop) {
+            // The frame may have been taken in between; then there is room now.
             if queue.try_recv().is_ok() {
                 self.dropped.fetch_add(1, Ordering::Relaxed);
             }
@@ -77,50 +77,54 @@ impl Door<'_> {
 /// Starts the source and reads it to its end, on the thread that calls.
 pub(super) fn decode(
     start: impl FnOnce() -> Result<Box<dyn Source>>,
-    mut station: Station<Admitted>,
-    door: &Door,
+    mut worker: StageWorker<Admitted>,
+    admission: &Admission,
 ) {
     let mut source = match start() {
         Ok(source) => source,
         Err(error) => {
-            station.send(Err(error));
+            worker.send(Err(error));
             return;
         }
     };
-    let (mut index, mut rehearsing) = (0, false);
+    let (mut index, mut in_warmup) = (0, false);
     loop {
-        if door.is_shut() {
+        if admission.is_over() {
             return;
         }
         source.wait();
-        if let Ok(frame) = door.spent.try_recv() {
+        if let Ok(frame) = admission.frames.try_recv() {
             source.recycle(frame);
         }
         let mut report = FrameReport::new(index);
-        let hop = match station.clock.time(Stage::Decode, &mut report, || source.next()) {
-            Ok(None) if door.stop.is_requested() => return,
-            Ok(None) => match door.pilot.end(index) {
+        let hop = match worker.timer.time(Stage::Decode, &mut report, || source.next()) {
+            Ok(None) if admission.stop.is_requested() => return,
+            Ok(None) => match admission.controller.check_end(index) {
                 Ok(()) => return,
                 Err(error) => Err(error),
             },
-            // What interrupts us may interrupt a program that we read from as well.
-            Err(_) if door.stop.is_requested() => return,
+            // A signal may have interrupted a program that the source reads from as well.
+            Err(_) if admission.stop.is_requested() => return,
             Err(error) => Err(error),
-            Ok(Some(Decoded { frame, span, is_warmup: rehearsal })) => {
-                if rehearsing && !rehearsal {
-                    // In earnest: counted from the beginning.
+            Ok(Some(Decoded { frame, span, is_warmup })) => {
+                if in_warmup && !is_warmup {
+                    // Frames are counted from the end of the warm-up.
                     (index, report.index) = (0, 0);
                 }
-                rehearsing = rehearsal;
+                in_warmup = is_warmup;
                 report.pts_s = span.start.to_f64();
-                let options = door.controls.options();
-                door.pilot.in_charge(rehearsal).detail(index).map(|detail| {
-                    let orders = Orders { options, detail };
-                    Admitted { ticket: Ticket { orders, asked: 0, span, rehearsal, report }, frame }
+                let options = admission.controls.options();
+                let detail = admission.controller.for_frame(is_warmup).initial_detail(index);
+                detail.map(|detail| {
+                    let settings = FrameSettings { options, detail };
+                    let requested_steps = 0;
+                    let context =
+                        FrameContext { settings, requested_steps, span, is_warmup, report };
+                    Admitted { context, frame }
                 })
             }
         };
-        if !door.admit(&station, hop) {
+        if !admission.admit(&worker, hop) {
             return;
         }
         index += 1;

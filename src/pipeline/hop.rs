@@ -9,25 +9,25 @@ use crate::feature::Features;
 use crate::frame::Frame;
 use crate::mesh::Mesh;
 use crate::options::{Detail, Options};
-use crate::rasterise::Brief;
+use crate::rasterise::PaintHints;
 use crate::sink::{Origin, Picture};
 use crate::stream::Span;
 
 use super::report::FrameReport;
 
-/// How a frame is to be rendered. Every stage works by the orders of its frame, not by what holds when
-/// the frame gets there: so all stages change at the same frame.
+/// How a frame is rendered. Every stage works by the settings of its frame, not by those that hold when the
+/// frame gets there: so all stages change at the same frame.
 #[derive(Clone, Debug)]
-pub(super) struct Orders {
-    /// What was asked for when the frame was let in.
+pub(super) struct FrameSettings {
+    /// The options when the frame was admitted.
     pub(super) options: Arc<Options>,
-    /// What it may cost.
+    /// What the frame may cost.
     pub(super) detail: Detail,
 }
 
-impl Orders {
-    /// The options, if they are others than `last`, which they become.
-    pub(super) fn news(&self, last: &mut Arc<Options>) -> Option<&Options> {
+impl FrameSettings {
+    /// The options, if they are not `last`, which they become.
+    pub(super) fn changed_options(&self, last: &mut Arc<Options>) -> Option<&Options> {
         if Arc::ptr_eq(last, &self.options) {
             return None;
         }
@@ -38,30 +38,30 @@ impl Orders {
 
 /// What accompanies a frame all the way to the sink.
 #[derive(Debug)]
-pub(super) struct Ticket {
-    /// How it is to be rendered.
-    pub(super) orders: Orders,
-    /// Refinement steps that the options ask for, once the mesh's thread has seen it.
-    pub(super) asked: u32,
+pub(super) struct FrameContext {
+    /// How it is rendered.
+    pub(super) settings: FrameSettings,
+    /// Refinement steps that the options ask for; known once the mesh stage has seen the frame.
+    pub(super) requested_steps: u32,
     /// When the frame is shown.
     pub(super) span: Span,
-    /// Whether it is only there for the frames after it to learn from.
-    pub(super) rehearsal: bool,
-    /// What the stages so far have to say of it.
+    /// Whether it is part of a [warm-up pass](crate::source::Decoded::is_warmup).
+    pub(super) is_warmup: bool,
+    /// What the stages so far have found and done.
     pub(super) report: FrameReport,
 }
 
 /// decode -> features.
 #[derive(Debug)]
 pub(super) struct Admitted {
-    pub(super) ticket: Ticket,
+    pub(super) context: FrameContext,
     pub(super) frame: Frame,
 }
 
 /// features -> mesh.
 #[derive(Debug)]
 pub(super) struct Featured {
-    pub(super) ticket: Ticket,
+    pub(super) context: FrameContext,
     pub(super) frame: Frame,
     pub(super) features: Features,
 }
@@ -69,19 +69,19 @@ pub(super) struct Featured {
 /// mesh -> rasterise.
 #[derive(Debug)]
 pub(super) struct Meshed {
-    pub(super) ticket: Ticket,
+    pub(super) context: FrameContext,
     pub(super) frame: Frame,
     pub(super) mesh: Mesh,
-    /// What is known of it, and wanted.
-    pub(super) brief: Brief,
+    /// What is known of the mesh, and wanted.
+    pub(super) hints: PaintHints,
 }
 
 /// rasterise -> encode.
 #[derive(Debug)]
 pub(super) struct Painted {
-    pub(super) rehearsal: bool,
+    pub(super) is_warmup: bool,
     pub(super) report: FrameReport,
     pub(super) picture: Picture,
-    /// Where the sink looks at it.
+    /// What it was made from, where the sink [needs](crate::sink::Needs::origin) it.
     pub(super) origin: Option<Origin>,
 }

@@ -6,67 +6,61 @@
 //! ```
 //!
 //! Every arrow is a channel with room for one frame, one producer and one consumer: frames stay in
-//! order, and at most [`IN_FLIGHT`] of them exist at a time, however long the input is. Sampling and
-//! triangulation share a thread, because the seeds that a frame ends with are those that the next one
-//! starts from; one thing goes back, the [echo](crate::echo) that the next frame's refinement waits for, and
-//! memory to be filled again. rayon works inside a frame; nothing waits for a channel inside its work.
+//! order, and at most [`IN_FLIGHT`] of them exist at a time, however long the input is. Two things go back: the
+//! [residual](crate::residual) of a painted frame, which the next frame's refinement waits for, and buffers to be
+//! filled again. rayon works inside a frame; nothing waits for a channel inside its work.
 //!
-//! The pictures are those of [`crate::render::Renderer`], byte for byte.
+//! The stages are those of [`crate::chain`]; the pictures are those of [`crate::render::Renderer`], byte for
+//! byte.
 
 mod admission;
 mod controls;
-mod delivery;
+mod detail;
 mod histogram;
 mod hop;
-mod pilot;
 mod pool;
 mod replay;
 mod report;
-mod station;
+mod sink_loop;
+mod stages;
+mod worker;
 
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, Scope, ScopedJoinHandle};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, Sender, bounded};
+use crossbeam_channel::bounded;
 
-use crate::colour::Form;
-use crate::echo::Echo;
 use crate::error::{Error, Result};
-use crate::feature::Extractor;
-use crate::frame::{Buffers, Frame};
 use crate::options::Options;
-use crate::rasterise::{Brief, Painter};
-use crate::render::{Mesher, triangulate_start};
-use crate::sink::{Origin, Picture, Sink};
+use crate::sink::Sink;
 use crate::source::Source;
 use crate::stage::Stage;
 
 pub use admission::Stop;
-use admission::{Door, decode};
+use admission::{Admission, decode};
 pub use controls::Controls;
-use delivery::Delivery;
+pub use detail::DetailPolicy;
+use detail::{DetailController, longest};
 use histogram::StageHistograms;
-use hop::{Admitted, Featured, Meshed, Orders, Painted, Ticket};
-pub use pilot::Guide;
-use pilot::{Pilot, longest};
-use pool::Pool;
 pub use replay::Script;
 pub use report::{
     BudgetReport, Ending, FrameReport, InputReport, OutputReport, Report, StageTimes, Summary,
 };
-use station::{Clock, Station};
+use sink_loop::SinkLoop;
+use stages::{Output, Stages, spawn_stages};
+use worker::StageWorker;
 
 /// The most frames that exist at a time: one in the hands of each of the five threads, one in each of
 /// the four channels between them. Two more, painted already, may wait to be filled again.
 pub const IN_FLIGHT: usize = 9;
 
 /// Frames that wait in a channel.
-const ROOM: usize = 1;
+const CAPACITY: usize = 1;
 
-/// How to run, beside what to render.
+/// How to run, apart from what to render.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Settings {
@@ -75,8 +69,8 @@ pub struct Settings {
     /// Options that may change during the run, in place of [`Settings::options`]. Default `None`: they
     /// stay. The sink [adapts](crate::sink::Needs::adapt) them when the run begins.
     pub controls: Option<Controls>,
-    /// What decides how much detail frames have. Default [`Guide::Options`].
-    pub guide: Guide,
+    /// How the detail of frames is chosen. Default [`DetailPolicy::Options`].
+    pub detail_policy: DetailPolicy,
     /// Threads that work inside a frame, for each of the three stages between decode and encode, the
     /// stage's own among them; `None` is a thread a core. Default `None`.
     pub threads: Option<NonZeroUsize>,
@@ -128,265 +122,97 @@ pub fn run(
     let mut options = (*controls.options()).clone();
     needs.adapt(&mut options);
     controls.set(options)?;
-    let pilot = &Pilot::new(&settings.guide);
+    let controller = &DetailController::new(&settings.detail_policy);
     let began = Instant::now();
     let over = AtomicBool::new(false);
     let dropped = AtomicU64::new(0);
-    let mut histograms = StageHistograms::new();
-    let (mut frames, mut short, mut least) = (0, 0, None);
-    let allowed = settings.guide.budget();
-    let mut budget = BudgetReport::new(allowed);
+    let mut totals = Totals::new(settings.detail_policy.budget());
     let ending = thread::scope(|scope| {
         let end = End(&over);
-        let (admit, admitted) = bounded(ROOM);
-        let queue = settings.live.then(|| admitted.clone());
-        let (return_spent, spent) = bounded(ROOM);
-        let (over, dropped) = (&over, &dropped);
-        let door = Door { controls: &controls, pilot, stop, over, queue, spent, dropped };
-        let station = Station::new(Stage::Decode, admit);
-        let decoding = spawn(scope, "decode", move || decode(start, station, &door))?;
-        let spent = (!needs.origin).then_some(return_spent);
-        let (return_canvas, canvases) = bounded(ROOM);
-        let exit = Exit { form: needs.form, spent, canvases };
-        let (chain, painted) =
-            spawn_chain(scope, admitted, &controls, pilot, settings.threads, exit)?;
-        let (tell, told) = bounded(ROOM);
+        let (admit_tx, admit_rx) = bounded(CAPACITY);
+        let (frame_tx, frame_rx) = bounded(CAPACITY);
+        let (buffer_tx, buffer_rx) = bounded(CAPACITY);
+        let (report_tx, report_rx) = bounded(CAPACITY);
+        let admission = Admission {
+            controls: &controls,
+            controller,
+            stop,
+            over: &over,
+            queue: settings.live.then(|| admit_rx.clone()),
+            frames: frame_rx,
+            dropped: &dropped,
+        };
+        let worker = StageWorker::new(Stage::Decode, admit_tx);
+        let decoding = spawn(scope, "decode", move || decode(start, worker, &admission))?;
+        let frames = (!needs.origin).then_some(frame_tx);
+        let output = Output { form: needs.form, frames, pictures: buffer_rx };
+        let options = controls.options();
+        let Stages { threads, painted } =
+            spawn_stages(scope, admit_rx, &options, controller, settings.threads, output)?;
         let keep_truncated = settings.allow_truncated;
-        let delivery = Delivery { sink, tell, return_canvas, stop, keep_truncated };
-        let encoding = spawn(scope, "encode", move || delivery.run(painted))?;
+        let sink_loop =
+            SinkLoop { sink, reports: report_tx, buffers: buffer_tx, stop, keep_truncated };
+        let encoding = spawn(scope, "encode", move || sink_loop.run(painted))?;
 
-        for report in told {
-            frames += 1;
-            short += u64::from(report.short);
-            if let Some(likeness) = report.likeness {
-                least = Some(least.map_or(likeness, |least: f64| least.min(likeness)));
-            }
-            histograms.add(&report.timing);
-            budget.missed += u64::from(allowed.is_some_and(|most| longest(&report.timing) > most));
-            budget.changes += report.changes.len() as u64;
+        for report in report_rx {
+            totals.add(&report);
             if observer.frame_done(&report).is_break() {
                 stop.request();
             }
         }
         drop(end);
-        for stage in chain.into_iter().chain([decoding]) {
-            resume(stage);
+        for thread in threads.into_iter().chain([decoding]) {
+            resume(thread);
         }
         resume(encoding)
     })?;
-    Ok(Summary {
-        frames,
-        dropped: dropped.into_inner(),
-        short,
-        likeness: least,
-        budget,
-        wall: began.elapsed(),
-        stages: StageTimes(histograms.percentiles()),
-        ending,
-    })
+    Ok(totals.summary(dropped.into_inner(), began.elapsed(), ending))
 }
 
-/// Tells the way in that all is over, however the caller's part of the run ends.
+/// The sums of a run, from the reports of its frames.
+struct Totals {
+    frames: u64,
+    short: u64,
+    /// The lowest.
+    likeness: Option<f64>,
+    /// The time that each of the governed threads has for a frame.
+    allowed: Option<Duration>,
+    budget: BudgetReport,
+    histograms: StageHistograms,
+}
+
+impl Totals {
+    fn new(allowed: Option<Duration>) -> Self {
+        let (budget, histograms) = (BudgetReport::new(allowed), StageHistograms::new());
+        Self { frames: 0, short: 0, likeness: None, allowed, budget, histograms }
+    }
+
+    fn add(&mut self, report: &FrameReport) {
+        self.frames += 1;
+        self.short += u64::from(report.short);
+        if let Some(likeness) = report.likeness {
+            self.likeness = Some(self.likeness.map_or(likeness, |least| least.min(likeness)));
+        }
+        self.histograms.add(&report.timing);
+        let is_late = self.allowed.is_some_and(|allowed| longest(&report.timing) > allowed);
+        self.budget.missed += u64::from(is_late);
+        self.budget.changes += report.changes.len() as u64;
+    }
+
+    fn summary(self, dropped: u64, wall: Duration, ending: Ending) -> Summary {
+        let Self { frames, short, likeness, budget, histograms, .. } = self;
+        let stages = StageTimes(histograms.percentiles());
+        Summary { frames, dropped, short, likeness, budget, wall, stages, ending }
+    }
+}
+
+/// Tells the decode stage that the run is over, however the caller's part of it ends.
 struct End<'a>(&'a AtomicBool);
 
 impl Drop for End<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::Relaxed);
     }
-}
-
-/// Running stages, and what comes out of the last of them.
-type Chain<'s> = (Vec<ScopedJoinHandle<'s, ()>>, Receiver<Result<Painted>>);
-
-/// What the way out wants, and memory on its way back, to be filled again.
-struct Exit {
-    /// How pictures are wanted.
-    form: Option<Form>,
-    /// Takes frames that have been painted to the source. Without it they go on to the sink.
-    spent: Option<Sender<Frame>>,
-    /// That of pictures that have been written.
-    canvases: Receiver<Buffers>,
-}
-
-/// The stages between decode and encode, each on a thread of its own.
-fn spawn_chain<'s, 'e>(
-    scope: &'s Scope<'s, 'e>,
-    admitted: Receiver<Result<Admitted>>,
-    controls: &Controls,
-    pilot: &'e Pilot,
-    threads: Option<NonZeroUsize>,
-    Exit { form, spent, canvases }: Exit,
-) -> Result<Chain<'s>> {
-    let options = controls.options();
-    let (extract, extracted) = bounded(ROOM);
-    let station = Station::new(Stage::Features, extract);
-    let mut extractor = Extractor::new(&options);
-    let mut tuned = options.clone();
-    let look_thread = spawn(scope, "features", move || {
-        station.run_in_pool(threads, admitted, |pool, clock, hop| {
-            if let Some(options) = hop.ticket.orders.news(&mut tuned) {
-                extractor.retune(options);
-            }
-            features(&mut extractor, hop, clock, pilot, pool)
-        });
-    })?;
-    let (mesh, meshed) = bounded(ROOM);
-    let station = Station::new(Stage::Sample, mesh);
-    let mut mesher = Mesher::new(&options);
-    let (tell, told) = bounded(1);
-    let (return_mesh, meshes) = bounded(ROOM);
-    let mut echoes = Echoes { told, called: false };
-    let mut tuned = options.clone();
-    let mesh_thread = spawn(scope, "mesh", move || {
-        station.run_in_pool(threads, extracted, |pool, clock, hop| {
-            if let Some(options) = hop.ticket.orders.news(&mut tuned) {
-                mesher.retune(options);
-            }
-            if let Ok(mesh) = meshes.try_recv() {
-                mesher.recycle(mesh);
-            }
-            build_mesh(&mut mesher, hop, clock, pilot, pool, &mut echoes)
-        });
-    })?;
-    let (paint, painted) = bounded(ROOM);
-    let station = Station::new(Stage::Rasterise, paint);
-    let mut painter = Painter::new(&options).with_form(form);
-    let mut tuned = options;
-    let paint_thread = spawn(scope, "rasterise", move || {
-        station.run_in_pool(threads, meshed, |pool, clock, hop| {
-            if let Some(options) = hop.ticket.orders.news(&mut tuned) {
-                painter.retune(options);
-            }
-            if let Ok(canvas) = canvases.try_recv() {
-                painter.recycle(canvas);
-            }
-            let mut painted = fill(&mut painter, hop, clock, pilot, pool, &tell)?;
-            if let Some(spent) = &spent
-                && let Some(origin) = painted.origin.take()
-            {
-                // Without room there are enough of them: then they are let go.
-                let _ = (spent.try_send(origin.frame), return_mesh.try_send(origin.mesh));
-            }
-            Ok(painted)
-        });
-    })?;
-    Ok((vec![look_thread, mesh_thread, paint_thread], painted))
-}
-
-/// Level one.
-fn features(
-    extractor: &mut Extractor,
-    hop: Admitted,
-    clock: &mut Clock,
-    pilot: &Pilot,
-    pool: &Pool,
-) -> Result<Featured> {
-    let Admitted { mut ticket, frame } = hop;
-    let pilot = pilot.in_charge(ticket.rehearsal);
-    pilot.before_features(&mut ticket);
-    let look = ticket.orders.detail.look;
-    let report = &mut ticket.report;
-    let features =
-        pool.work(|| clock.time(Stage::Features, report, || Ok(extractor.extract(&frame, look))))?;
-    report.candidates = features.candidates.len();
-    pilot.after_features(&ticket, &features);
-    Ok(Featured { ticket, frame, features })
-}
-
-/// Level two, the triangulation, and level three.
-fn build_mesh(
-    mesher: &mut Mesher,
-    hop: Featured,
-    clock: &mut Clock,
-    pilot: &Pilot,
-    pool: &Pool,
-    echoes: &mut Echoes,
-) -> Result<Meshed> {
-    let Featured { mut ticket, frame, features } = hop;
-    let pilot = pilot.in_charge(ticket.rehearsal);
-    pilot.before_mesh(&mut ticket, &features, mesher);
-    let Orders { options, detail } = &ticket.orders;
-    let report = &mut ticket.report;
-    let start = pool.work(|| {
-        clock.time(Stage::Sample, report, || {
-            mesher.sample(&features, &frame, detail).map_err(Error::from)
-        })
-    })?;
-    let (mut mesh, fresh) = pool.work(|| {
-        clock.time(Stage::Triangulate, report, || {
-            triangulate_start(&frame, start).map_err(Error::from)
-        })
-    })?;
-    let echo = echoes.last();
-    let refined = pool.work(|| {
-        clock.time(Stage::Refine, report, || {
-            mesher.refine(&mut mesh, &frame, fresh, detail, echo).map_err(Error::from)
-        })
-    })?;
-    let life = mesher.remember(&mesh, fresh, &refined);
-    report.seeds = mesh.seeds().len();
-    report.seeds_kept = life.kept;
-    report.seeds_moved = life.moved;
-    report.seeds_born = life.born;
-    report.seeds_died = life.died;
-    report.cut = life.cut;
-    report.triangles = mesh.triangles.len();
-    report.refine_steps = refined.steps;
-    report.likeness = refined.likeness;
-    report.short = options
-        .error
-        .zip(refined.likeness)
-        .is_some_and(|(target, likeness)| likeness < target.value());
-    pilot.after_mesh(&ticket, fresh);
-    let call = mesher.call(&refined);
-    echoes.called = call.is_some();
-    let brief = Brief { fresh, known: refined.fills, call };
-    Ok(Meshed { ticket, frame, mesh, brief })
-}
-
-/// What comes back from those frames for which there was a call.
-struct Echoes {
-    told: Receiver<Option<Echo>>,
-    /// Whether there was one for the last frame.
-    called: bool,
-}
-
-impl Echoes {
-    /// The last frame's, once it is painted.
-    fn last(&mut self) -> Option<Echo> {
-        // When the painting has ended nobody will see this frame either.
-        if std::mem::take(&mut self.called) { self.told.recv().ok().flatten() } else { None }
-    }
-}
-
-/// Mean colours, and the picture.
-fn fill(
-    painter: &mut Painter,
-    hop: Meshed,
-    clock: &mut Clock,
-    pilot: &Pilot,
-    pool: &Pool,
-    tell: &Sender<Option<Echo>>,
-) -> Result<Painted> {
-    let Meshed { mut ticket, frame, mesh, brief } = hop;
-    let pilot = pilot.in_charge(ticket.rehearsal);
-    pilot.before_painting(&mut ticket);
-    let Ticket { orders, span, rehearsal, mut report, .. } = ticket;
-    let rows = orders.detail.rows;
-    let called = brief.call.is_some();
-    let answer = |echo| {
-        if called {
-            // Who called waits for an answer; nobody listens any more where the run has ended.
-            let _ = tell.send(echo);
-        }
-    };
-    let painting = pool.work(|| {
-        let paint = || Ok(painter.paint(&mesh, &frame, rows, brief, answer));
-        clock.time(Stage::Rasterise, &mut report, paint)
-    })?;
-    pilot.after_painting(&report);
-    let picture = Picture { frame: painting.frame, fills: painting.fills, span };
-    Ok(Painted { rehearsal, report, picture, origin: Some(Origin { frame, mesh }) })
 }
 
 /// A thread called `name`. When it cannot be had, those that were begun end by themselves, because

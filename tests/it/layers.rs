@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Modules of the engine, lowest layer first.
-const CORE: [&str; 23] = [
+const CORE: [&str; 24] = [
     "geom",
     "stage",
     "error",
@@ -16,7 +16,7 @@ const CORE: [&str; 23] = [
     "options",
     "mesh",
     "hex",
-    "echo",
+    "residual",
     "scan",
     "draw",
     "flow",
@@ -27,6 +27,7 @@ const CORE: [&str; 23] = [
     "rasterise",
     "governor",
     "metric",
+    "chain",
     "render", // layer 2
 ];
 

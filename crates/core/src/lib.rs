@@ -38,16 +38,16 @@
 //! Modules, lowest first; each uses only those before it (checked by a test of the crate `polyreel`):
 //!
 //! 1. `geom`, `stage`, `error`, `vector`, `parallel`, `colour`, `frame`, `chance`
-//! 2. `plane`, `options`, `mesh`, `hex`, `echo`, `scan`, `draw`, `flow`, `feature`
-//! 3. `sample`, `triangulate`, `refine`, `rasterise`, `governor`, `metric`, `render`
+//! 2. `plane`, `options`, `mesh`, `hex`, `residual`, `scan`, `draw`, `flow`, `feature`
+//! 3. `sample`, `triangulate`, `refine`, `rasterise`, `governor`, `metric`, `chain`, `render`
 
 // Without `unstable` parts that only other crates use, such as the governor, have no user here.
 #![cfg_attr(not(feature = "unstable"), allow(dead_code, unreachable_pub, unused_imports))]
 
+mod chain;
 mod chance;
 mod colour;
 mod draw;
-mod echo;
 mod error;
 mod feature;
 mod flow;
@@ -63,6 +63,7 @@ mod plane;
 mod rasterise;
 mod refine;
 mod render;
+mod residual;
 mod sample;
 mod scan;
 mod stage;
@@ -91,7 +92,7 @@ pub mod unstable {
         };
     }
     modules! {
-        chance colour draw echo error feature flow frame geom governor hex mesh metric options plane
-        rasterise refine render sample scan stage triangulate vector
+        chain chance colour draw error feature flow frame geom governor hex mesh metric options plane
+        rasterise refine render residual sample scan stage triangulate vector
     }
 }

@@ -156,22 +156,70 @@ impl Options {
     /// anything, concerns only what is done with them afterwards.
     #[doc(hidden)]
     pub fn keeps_seeds_of(&self, other: &Self) -> bool {
-        // What is listed here is for refinement and for painting.
-        let same = Self {
-            quality: other.quality,
-            refine: other.refine,
-            regularity: other.regularity,
-            edges: other.edges,
-            outline: other.outline,
-            outline_width: other.outline_width,
-            outline_contrast: other.outline_contrast,
-            saturation: other.saturation,
-            wash: other.wash,
-            coherence: other.coherence,
-            error: if self.points == Points::Auto { self.error } else { other.error },
-            ..self.clone()
-        };
-        same == *other
+        self.seed_options() == other.seed_options()
+    }
+
+    /// The options that seeds are chosen by, all others as by default.
+    fn seed_options(&self) -> Self {
+        // Exhaustive: the compiler asks where a new option belongs.
+        let Self {
+            method,
+            points,
+            seed,
+            error,
+            smoothing,
+            clusters,
+            interval,
+            interior,
+            hex_density,
+            max_points,
+            default_points,
+            thresholds,
+            features,
+            candidates,
+            min_points,
+            percentiles,
+            entropy_radius,
+            diffusion_iterations,
+            diffusion_kappa,
+            diffusion_gamma,
+            // For the time between frames and for refinement.
+            coherence: _,
+            quality: _,
+            refine: _,
+            regularity: _,
+            // For painting.
+            edges: _,
+            outline: _,
+            outline_width: _,
+            outline_contrast: _,
+            saturation: _,
+            wash: _,
+        } = self.clone();
+        Self {
+            method,
+            points,
+            seed,
+            // The number of points follows from it.
+            error: error.filter(|_| points == Points::Auto),
+            smoothing,
+            clusters,
+            interval,
+            interior,
+            hex_density,
+            max_points,
+            default_points,
+            thresholds,
+            features,
+            candidates,
+            min_points,
+            percentiles,
+            entropy_radius,
+            diffusion_iterations,
+            diffusion_kappa,
+            diffusion_gamma,
+            ..Self::default()
+        }
     }
 
     /// Checks every field against its range.

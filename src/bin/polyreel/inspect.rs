@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use polyreel::chain::{MeshStage, Meshed};
 use polyreel::draw;
 use polyreel::error::{Error, Result};
 use polyreel::feature::maps;
@@ -13,11 +14,10 @@ use polyreel::frame::{Fill, Frame, Rational, Rgba};
 use polyreel::geom::{Point, Size};
 use polyreel::hex::HexGrid;
 use polyreel::mesh::Mesh;
-use polyreel::options::{Detail, Look, Options, Points};
+use polyreel::options::{Look, Options, Points};
 use polyreel::pipeline::Stop;
 use polyreel::plane::Plane;
 use polyreel::rasterise::rasterise;
-use polyreel::render::{Mesher, triangulate_start};
 use polyreel::sample::Sampler;
 use polyreel::sink::{self, Picture, SinkOptions};
 use polyreel::source::{self, SourceOptions};
@@ -109,11 +109,15 @@ struct Course {
 }
 
 fn course(options: &Options, features: &Features, frame: &Frame) -> Result<Course> {
-    let mut mesher = Mesher::new(options);
-    let (before, _) = triangulate_start(frame, mesher.sample(features, frame, &Detail::FULL)?)?;
-    let mut after = before.clone();
-    let mut seen = Vec::new();
-    let refined = mesher.refine_seen(&mut after, frame, &mut |error| seen.push(error))?;
+    let mut before = None;
+    let mut errors = Vec::new();
+    let mut observer = |mesh: &Mesh, error: f64| {
+        before.get_or_insert_with(|| mesh.clone());
+        errors.push(error);
+    };
+    let Meshed { mesh: after, refined, .. } =
+        MeshStage::new(options).run_observed(features, frame, &mut observer)?;
+    let before = before.unwrap_or_else(|| after.clone());
     if let (Some(target), Some(likeness)) = (options.error, refined.likeness)
         && let Some(warning) = fell_short(target, u64::from(likeness < target.value()), likeness)
     {
@@ -125,7 +129,7 @@ fn course(options: &Options, features: &Features, frame: &Frame) -> Result<Cours
         Points::Auto => Sampler::new(&Options { points, ..options.clone() }).grid(frame.size()),
         _ => Sampler::new(options).grid(frame.size()),
     };
-    Ok(Course { grid, before, after, convergence: Convergence::new(frame, seen, &refined) })
+    Ok(Course { grid, before, after, convergence: Convergence::new(frame, errors, &refined) })
 }
 
 /// A map with the value that is shown white.

@@ -9,8 +9,8 @@ use indicatif::HumanBytes;
 use polyreel::error::{Error, Result};
 use polyreel::options::{Options, Target};
 use polyreel::pipeline::{
-    self, Controls, Ending, Guide, InputReport, OutputReport, Report, Script, Settings, Stop,
-    Summary,
+    self, Controls, DetailPolicy, Ending, InputReport, OutputReport, Report, Script, Settings,
+    Stop, Summary,
 };
 use polyreel::refine::RefineOptions;
 use polyreel::sink::ffmpeg::VideoOptions;
@@ -56,7 +56,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let settings = Settings {
         options: options.clone(),
         controls: Some(controls),
-        guide: guide(args, &options, &info)?,
+        detail_policy: detail_policy(args, &options, &info)?,
         threads: args.run.threads,
         live: info.live,
         allow_truncated: args.input.allow_truncated,
@@ -99,19 +99,19 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
 }
 
 /// What decides the detail: a budget, a former run, or nothing but the options.
-fn guide(args: &RenderArgs, options: &Options, info: &StreamInfo) -> Result<Guide> {
+fn detail_policy(args: &RenderArgs, options: &Options, info: &StreamInfo) -> Result<DetailPolicy> {
     if let Some(path) = &args.run.replay {
         if info.live {
             return Err(Error::usage("what is live never comes again: replay a file"));
         }
         let script = Script::read(path)?;
         script.check(options)?;
-        return Ok(Guide::Replay(Arc::new(script)));
+        return Ok(DetailPolicy::Replay(Arc::new(script)));
     }
-    let Some(budget) = args.run.budget else { return Ok(Guide::Options) };
+    let Some(budget) = args.run.budget else { return Ok(DetailPolicy::Options) };
     let time = budget.time(info)?;
     // Of a single picture nothing is known before it, and nothing comes after it.
-    Ok(if info.still { Guide::Options } else { Guide::Budget(time) })
+    Ok(if info.still { DetailPolicy::Options } else { DetailPolicy::Budget(time) })
 }
 
 fn sink_options(args: &RenderArgs, options: &Options, input: &Input) -> Result<SinkOptions> {

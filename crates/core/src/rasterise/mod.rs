@@ -12,11 +12,11 @@ mod tally;
 use crate::parallel::prelude::*;
 
 use crate::colour::Form;
-use crate::echo::{Call, Echo};
 use crate::frame::{Buffers, Fill, Frame, Rgba};
 use crate::geom::Point;
 use crate::mesh::Mesh;
 use crate::options::{Edges, Options};
+use crate::residual::{Residual, ResidualRequest};
 use crate::scan::runs::Bands;
 use crate::vector::widest;
 use canvas::Canvas;
@@ -37,15 +37,15 @@ pub struct Painting {
     pub fills: Vec<Fill>,
 }
 
-/// What who made a mesh has to say to who paints it.
+/// What the mesh stage knows of a mesh, and wants, when it is painted.
 #[derive(Clone, Debug, Default)]
-pub struct Brief {
-    /// Whether it has nothing to do with the last one.
-    pub fresh: bool,
+pub struct PaintHints {
+    /// Whether the mesh is a fresh one, whose triangles have nothing to do with those of the last.
+    pub is_fresh: bool,
     /// The means as [`Refined::fills`](crate::refine::Refined::fills) has them, or empty.
-    pub known: Vec<Fill>,
-    /// Asks for an echo. There is none of frames that are not opaque.
-    pub call: Option<Call>,
+    pub fills: Vec<Fill>,
+    /// Asks for the residual. Frames that are not opaque have none.
+    pub residual: Option<ResidualRequest>,
 }
 
 /// Triangles whose means are taken as one piece of work.
@@ -105,20 +105,19 @@ impl Painter {
         self.coherence = options.coherence;
     }
 
-    /// Paints the next frame, see [`rasterise`], and calls `answer` once, before it ends, with what the picture
-    /// is off the frame where the `brief` asks for that: before its colours are graded, its edges smooth and
-    /// outlines drawn. Mean colours that are not known are taken from every `rows`-th row, where a triangle has
+    /// Paints the next frame, see [`rasterise`]. Calls `send` once, with the picture's residual if the `hints`
+    /// ask for it, as soon as it is known: before colours are graded, edges made smooth and outlines drawn. Mean colours that are not known are taken from every `rows`-th row, where a triangle has
     /// enough of them.
     pub fn paint(
         &mut self,
         mesh: &Mesh,
         frame: &Frame,
         rows: u32,
-        brief: Brief,
-        answer: impl FnOnce(Option<Echo>),
+        hints: PaintHints,
+        send: impl FnOnce(Option<Residual>),
     ) -> Painting {
-        let mut fills = if brief.known.len() == mesh.triangles.len() {
-            seen_below(mesh, frame, brief.known)
+        let mut fills = if hints.fills.len() == mesh.triangles.len() {
+            seen_below(mesh, frame, hints.fills)
         } else if let Some(planes) = frame.planes() {
             planar::means(mesh, planes, rows)
         } else if rows > 1 {
@@ -126,21 +125,21 @@ impl Painter {
         } else {
             means(mesh, frame)
         };
-        if brief.fresh {
+        if hints.is_fresh {
             self.colours.forget();
         }
         if self.coherence > 0.0 {
             self.colours.steady(mesh, &mut fills, self.coherence);
         }
         let mut canvas = Canvas {
-            memory: &mut self.buffers,
+            buffers: &mut self.buffers,
             bands: &mut self.bands,
             easels: &mut self.easels,
             form: self.form.filter(|form| form.layout.size == mesh.size),
             softener: &mut self.softener,
         };
-        let asked = brief.call.filter(|_| frame.is_opaque()).map(|call| (call, frame));
-        canvas.paint(mesh, fills, &self.style, (asked, answer))
+        let request = hints.residual.filter(|_| frame.is_opaque()).map(|request| (request, frame));
+        canvas.paint(mesh, fills, &self.style, request, send)
     }
 }
 
@@ -152,10 +151,10 @@ impl Painter {
 /// quarter of a triangle is seen, and that is rather opaque than not, it is transparent, and the other way round: a
 /// figure that is cut out has no haze around it. Mesh and frame must have one size.
 pub fn rasterise(mesh: &Mesh, frame: &Frame, edges: Edges, outline: Option<Rgba>) -> Painting {
-    let (memory, bands) = (&mut Buffers::default(), &mut Bands::default());
+    let (buffers, bands) = (&mut Buffers::default(), &mut Bands::default());
     let (easels, softener) = (&mut Easels::default(), &mut Softener::default());
-    let mut canvas = Canvas { memory, bands, easels, softener, form: None };
-    canvas.paint(mesh, means(mesh, frame), &Style::plain(edges, outline), (None, |_| ()))
+    let mut canvas = Canvas { buffers, bands, easels, softener, form: None };
+    canvas.paint(mesh, means(mesh, frame), &Style::plain(edges, outline), None, |_| ())
 }
 
 /// The mean colour and the area of each triangle. One that covers no pixel's centre has the colour of

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::rows::RowSums;
 use super::sums::Total;
+use super::target::Target;
 use crate::frame::Frame;
 use crate::geom::{Point, Size};
 use crate::scan::{self, first_centre};
@@ -11,22 +12,23 @@ use crate::scan::{self, first_centre};
 /// Triangles along each side of the frame.
 const ALONG: i32 = 16;
 
-/// The mean squared error of triangles of a plain grid, when `triangles` of them share `frame`. From 256
+/// The mean squared error of triangles of a plain grid, when `triangles` of them share the frame. From 256
 /// samples. Where the frame is not opaque, or has no pixels, `rows` has all of its sums.
-pub(super) fn cell_error(rows: &RowSums, frame: &Frame, triangles: usize) -> f64 {
-    let (far, leg) = (frame.size().far(), leg(frame.size(), triangles));
+pub(super) fn cell_error(rows: &RowSums, target: &Target, triangles: usize) -> f64 {
+    let (far, leg) = (target.size().far(), leg(target.size(), triangles));
+    let picture = target.picture();
     let mut error = 0.0;
     for j in 0..ALONG {
         for i in 0..ALONG {
             let a = Point::new(place(i, far.x - leg), place(j, far.y - leg));
             let triangle = [a, Point::new(a.x + leg, a.y), Point::new(a.x, a.y + leg)];
             // From the pixels, where they are there: not all rows may have been summed then.
-            let total = if frame.is_opaque() && frame.has_pixels() {
-                opaque_total(frame, triangle)
+            let total = if picture.is_opaque() && picture.has_pixels() {
+                opaque_total(picture, triangle)
             } else {
                 rows.wide(triangle)
             };
-            error += rows.squares_of(frame, triangle) - total.explained();
+            error += rows.squares_of(target, triangle) - total.explained();
         }
     }
     error / f64::from(ALONG * ALONG)
@@ -54,11 +56,11 @@ fn place(k: i32, last: i32) -> i32 {
 }
 
 /// What the pixels of a triangle add up to, one by one.
-fn opaque_total(frame: &Frame, triangle: [Point; 3]) -> Total {
+fn opaque_total(picture: &Frame, triangle: [Point; 3]) -> Total {
     let (mut count, mut sums) = (0, [0i64; 3]);
-    scan::spans(triangle, 0..frame.size().height, |y, columns| {
+    scan::spans(triangle, 0..picture.size().height, |y, columns| {
         count += columns.len() as i64;
-        for pixel in &frame.row(y)[columns] {
+        for pixel in &picture.row(y)[columns] {
             sums = [0, 1, 2].map(|i| sums[i] + i64::from(pixel[i]));
         }
     });

@@ -2,12 +2,12 @@
 
 use crate::parallel::prelude::*;
 
-use super::Field;
 use super::colouring::Colouring;
 use super::cost::Cost;
 use super::errors::{Errors, scale};
 use super::force::gradient;
 use super::mean::Mean;
+use super::pass::Pass;
 use super::rest::Rest;
 use super::ring::Ring;
 use super::share::Share;
@@ -33,19 +33,19 @@ const PROMISE: f64 = 0.5;
 /// A vertex whose slope promises less than this share is left alone for a while.
 const IDLE: f64 = 0.25;
 
-/// A vertex of a [running](super::RefineOptions::running) video whose triangles have less error than this,
+/// A vertex of a [streamed](super::options::Mode::Stream) video whose triangles have less error than this,
 /// in least gains, is not visited. Measured: so it is with nine in ten of those that would try a step on calm
 /// clips and one in four on the fastest. What they would gain there, a half and a tenth of what all steps do,
 /// nearly comes from re-placing instead: squared error rises by 1 to 11 %, flicker by 2 % at most.
 const WORTH_A_VISIT: f64 = 80.0;
 
-/// The most of a [running](super::RefineOptions::running) video's vertices that one step visits, those with the
+/// The most of a [streamed](super::options::Mode::Stream) video's vertices that one step visits, those with the
 /// largest error around them: what a step takes must not go with how much of the picture moves. Measured at
 /// 1080p: a snowy street has 63 % to visit, and takes a quarter less time for the first step, for 14 % more error
 /// and 5 % more flicker; with three steps a seventh less, for 7 % and 3 %. A commercial has 40 %, for 1 % and 1 %.
 const MOST_VISITED: f64 = 0.25;
 
-/// Places that a vertex tries on its way until one gains enough; on a [running](super::RefineOptions::running)
+/// Places that a vertex tries on its way until one gains enough; on a [streamed](super::options::Mode::Stream)
 /// video the second is tried in its next frame. Measured there: second trials are 15 to 18 % of what is tried, and
 /// bring 4 to 6 % of what is gained; without them there is half a per cent more error.
 const TRIALS: usize = 2;
@@ -156,7 +156,7 @@ impl Descent {
         share: Share,
         rest: &mut Rest,
         errors: &mut Errors,
-        field: Field,
+        pass: Pass,
     ) -> usize {
         surface.clock += 1;
         self.turn.clear();
@@ -164,14 +164,14 @@ impl Descent {
         let is_ready = |surface: &Surface, rest: &Rest, v: u32| {
             surface.awake[v as usize] && rest.allows(v) && rest.is_rested(v)
         };
-        if field.running {
+        if pass.is_stream() {
             errors.around_all(surface, &mut self.around);
             let ready = self.turn.iter().filter(|&&v| is_ready(surface, rest, v));
             self.largest.clear();
             self.largest.extend(ready.map(|&v| self.around[v as usize]));
             let most = (MOST_VISITED * self.turn.len() as f64).ceil() as usize;
             let least =
-                least_of_largest(&mut self.largest, most).max(WORTH_A_VISIT * field.least_gain);
+                least_of_largest(&mut self.largest, most).max(WORTH_A_VISIT * pass.min_gain);
             let around = &self.around;
             self.turn.retain(|&v| around[v as usize] >= least);
         }
@@ -181,7 +181,7 @@ impl Descent {
             self.colouring.colour(here, block, |v| is_ready(here, rest, v));
             let Self { colouring, reach, found, .. } = self;
             for class in &colouring.classes {
-                moved += descend(surface, (rest, errors), reach, class, field, found);
+                moved += descend(surface, (rest, errors), reach, class, pass, found);
             }
         }
         moved
@@ -205,7 +205,7 @@ fn descend(
     (rest, errors): (&mut Rest, &mut Errors),
     reach: &mut [i32],
     class: &[u32],
-    field: Field,
+    pass: Pass,
     found: &mut Vec<Visits>,
 ) -> usize {
     let (here, known) = (&*surface, &*errors);
@@ -222,7 +222,7 @@ fn descend(
                     0 => FIRST_REACH,
                     reach => reach,
                 };
-                visit(here, known, v, reach, field, visits, i);
+                visit(here, known, v, reach, pass, visits, i);
             }
         }
     });
@@ -235,14 +235,14 @@ fn visit(
     errors: &Errors,
     v: u32,
     reach: i32,
-    field: Field,
+    pass: Pass,
     out: &mut Visits,
     i: usize,
 ) {
     let ring = &mut out.rings[i];
     let from = surface.at[v as usize];
     let mean = |i: usize| surface.mean[ring.links[i] as usize / 3].known();
-    let (gx, gy) = gradient(field, from, ring, mean);
+    let (gx, gy) = gradient(pass, from, ring, mean);
     let (gx, gy) = match surface.freedom(v) {
         Place::Corner => (0.0, 0.0),
         Place::SideBorder => (0.0, gy),
@@ -252,21 +252,21 @@ fn visit(
     let length = (gx * gx + gy * gy).sqrt();
     let reach = reach.clamp(LEAST_REACH, MOST_REACH);
     let promise = length * f64::from(reach) / f64::from(SUBPIXEL);
-    if promise <= PROMISE * field.least_gain {
-        let idle = promise <= IDLE * field.least_gain;
+    if promise <= PROMISE * pass.min_gain {
+        let idle = promise <= IDLE * pass.min_gain;
         out.visits.push(Visit { vertex: v, to: None, reach, sleeps: true, idle });
         return;
     }
     let direction = (-gx / length, -gy / length);
     let before = ring.cost(surface);
-    let mut line = Line { ring, from, direction, slope: length, before, field };
+    let mut line = Line { ring, from, direction, slope: length, before, pass };
     let (to, reach) = line.search(reach);
     if let Some(to) = to {
         let ring = &out.rings[i];
         let first = out.moved.len();
         out.moved.extend((0..ring.len()).map(|i| {
             let spokes = [ring.spokes[i], -ring.spokes[i + 1]];
-            let (cost, mean) = ring.triangle(field.rows, i, to);
+            let (cost, mean) = ring.triangle(pass.rows, i, to);
             Moved { link: ring.links[i], spokes, cost, mean, error: f32::INFINITY }
         }));
         let triangles = ring.links.iter().map(|&h| h / 3);
@@ -298,7 +298,7 @@ struct Line<'a, 'b> {
     /// What a pixel of it gains at its beginning, in squared 8-bit steps.
     slope: f64,
     before: Cost,
-    field: Field<'b>,
+    pass: Pass<'b>,
 }
 
 impl Line<'_, '_> {
@@ -311,7 +311,7 @@ impl Line<'_, '_> {
     /// What it gains to go to `to`; minus infinity where the mesh would turn over. Never positive when
     /// the error itself would rise.
     fn gain(&mut self, to: Point) -> f64 {
-        let Field { rows, weight, .. } = self.field;
+        let Pass { rows, weight, .. } = self.pass;
         let after = self.ring.try_at(rows, to);
         after.map_or(f64::NEG_INFINITY, |after| self.before.gain(after, weight))
     }
@@ -321,17 +321,17 @@ impl Line<'_, '_> {
     /// it, and the reach for the next time; 0 when nothing is to be hoped for on this way.
     fn search(&mut self, reach: i32) -> (Option<Point>, i32) {
         let mut reach = reach;
-        for _ in 0..if self.field.running { 1 } else { TRIALS } {
+        for _ in 0..if self.pass.is_stream() { 1 } else { TRIALS } {
             let to = self.point(reach);
             let gain = self.gain(to);
             let promise = self.slope * f64::from(reach) / f64::from(SUBPIXEL);
             // Where the parabola has its top, as a share of the reach.
             let top = if gain < promise { 0.5 * promise / (promise - gain) } else { f64::INFINITY };
-            if gain > self.field.least_gain {
+            if gain > self.pass.min_gain {
                 return self.stretch(to, gain, reach, top);
             }
             let hope = if gain.is_finite() { 0.5 * promise * top } else { promise * SHORTER };
-            if reach == LEAST_REACH || hope <= PROMISE * self.field.least_gain {
+            if reach == LEAST_REACH || hope <= PROMISE * self.pass.min_gain {
                 return (None, 0);
             }
             let shorter = f64::from(reach) * top.clamp(SHORTEST, SHORTER);

@@ -10,7 +10,7 @@
 
 use crate::parallel::prelude::*;
 
-use super::Field;
+use super::pass::Pass;
 use super::rest::Rest;
 use super::share::Turn;
 use super::surface::Surface;
@@ -48,10 +48,10 @@ pub(super) struct Errors {
 impl Errors {
     /// A new frame, of whose errors no more is known than what was measured: about those of an opaque, running
     /// video.
-    pub(super) fn begin(&mut self, surface: &Surface, field: Field) {
+    pub(super) fn begin(&mut self, surface: &Surface, pass: Pass) {
         self.guesses = false;
         self.known.clear();
-        if !field.rows.has_thin() {
+        if !pass.rows.has_thin() {
             self.known.resize(surface.triangles(), Known::NOTHING);
             return;
         }
@@ -60,14 +60,14 @@ impl Errors {
     }
 
     /// Brings up to date those of the triangles whose `turn` it is and that may change: exactly, or nearly on
-    /// a [running](super::RefineOptions::running) video.
-    pub(super) fn update(&mut self, surface: &Surface, rest: &Rest, turn: Turn, field: Field) {
-        self.guesses = field.running && field.follows;
+    /// a [streamed](super::options::Mode::Stream) video.
+    pub(super) fn update(&mut self, surface: &Surface, rest: &Rest, turn: Turn, pass: Pass) {
+        self.guesses = pass.is_stream() && pass.has_next;
         self.known.par_chunks_mut(PACK).enumerate().for_each(|(pack, known)| {
             for (t, known) in ((pack * PACK) as u32..).zip(known) {
                 let changed = surface.stamp[t as usize];
                 if turn.has(t) && changed >= known.before && rest.allows_triangle(surface, t) {
-                    *known = Known { error: error_of(surface, t, field), before: surface.clock };
+                    *known = Known { error: error_of(surface, t, pass), before: surface.clock };
                 }
             }
         });
@@ -101,9 +101,9 @@ impl Errors {
 
     /// Brings that of triangle `t`, which has just changed, up to date where guesses are made: those of triangles
     /// around a new vertex are too unlike.
-    pub(super) fn look_again(&mut self, surface: &Surface, t: u32, field: Field) {
+    pub(super) fn look_again(&mut self, surface: &Surface, t: u32, pass: Pass) {
         if self.guesses {
-            self.guess(surface, t, error_of(surface, t, field));
+            self.guess(surface, t, error_of(surface, t, pass));
         }
     }
 
@@ -150,17 +150,17 @@ pub(super) fn scale(left: f64, whole: f32) -> f32 {
     if scale.is_nan() { f32::INFINITY } else { scale }
 }
 
-/// That of triangle `t`; on a [running](super::RefineOptions::running) video an estimate from every second row,
+/// That of triangle `t`; on a [streamed](super::options::Mode::Stream) video an estimate from every second row,
 /// which is enough to tell large errors from small ones.
 #[inline]
-fn error_of(surface: &Surface, t: u32, Field { rows, frame, .. }: Field) -> f32 {
+fn error_of(surface: &Surface, t: u32, Pass { rows, target, .. }: Pass) -> f32 {
     if rows.has_thin() {
         let about = thin::error(rows.thin(surface.corners(t)), surface.mean[t as usize].count);
         if about.is_finite() {
             return about;
         }
     }
-    (rows.squares_of(frame, surface.corners(t)) + surface.cost[t as usize].error) as f32
+    (rows.squares_of(target, surface.corners(t)) + surface.cost[t as usize].error) as f32
 }
 
 #[cfg(test)]

@@ -2,9 +2,9 @@
 
 use crate::parallel::prelude::*;
 
-use super::Field;
 use super::cost::Cost;
 use super::errors::Errors;
+use super::pass::Pass;
 use super::rest::Rest;
 use super::sums::Sums;
 use super::surface::{NONE, Surface, next, previous};
@@ -21,7 +21,7 @@ pub(super) fn flip(
     errors: &mut Errors,
     rest: &Rest,
     since: u32,
-    field: Field,
+    pass: Pass,
     found: &mut Vec<Vec<Diagonal>>,
 ) -> usize {
     surface.clock += 1;
@@ -38,20 +38,20 @@ pub(super) fn flip(
         let edges = pack as u32 * PACK as u32..end as u32;
         found.clear();
         let edges = edges.filter(|&h| is_fresh(here, h, since) && is_allowed(here, h));
-        found.extend(edges.filter_map(|h| turned(here, h, field)));
+        found.extend(edges.filter_map(|h| turned(here, h, pass)));
     });
     let mut flips = 0;
     for &diagonal in found.iter().flatten() {
         let h = diagonal.edge;
         // Where a neighbour has turned since: ask again.
         let again = newest(surface, h) == surface.clock;
-        let turned = if again { turned(surface, h, field) } else { Some(diagonal) };
+        let turned = if again { turned(surface, h, pass) } else { Some(diagonal) };
         if let Some(Diagonal { sums, front, back, .. }) = turned {
             let pair = [h / 3, surface.twin[h as usize] / 3];
             let squares = errors.squares(surface, pair.into_iter());
             turn(surface, h, sums);
-            surface.changed(field.rows, pair[0], front);
-            surface.changed(field.rows, pair[1], back);
+            surface.changed(pass.rows, pair[0], front);
+            surface.changed(pass.rows, pair[1], back);
             errors.share_out(surface, squares, &pair);
             flips += 1;
         }
@@ -84,7 +84,7 @@ fn is_fresh(surface: &Surface, h: u32, since: u32) -> bool {
 }
 
 /// The diagonal that edge `h` would turn to, if it pays.
-fn turned(surface: &Surface, h: u32, field: Field) -> Option<Diagonal> {
+fn turned(surface: &Surface, h: u32, pass: Pass) -> Option<Diagonal> {
     let g = surface.twin[h as usize];
     if g == NONE {
         return None;
@@ -95,12 +95,12 @@ fn turned(surface: &Surface, h: u32, field: Field) -> Option<Diagonal> {
         return None;
     }
     let before = surface.cost[h as usize / 3] + surface.cost[g as usize / 3];
-    let sums = field.rows.edge(d, c);
+    let sums = pass.rows.edge(d, c);
     let side = |h: u32| surface.sums[h as usize];
-    let front = Cost::of(field.rows, &(side(next(g)) + sums + side(previous(h))), [a, d, c]);
-    let back = Cost::of(field.rows, &(side(next(h)) - sums + side(previous(g))), [b, c, d]);
-    let gain = before.gain(front + back, field.weight);
-    (gain > field.least_gain).then_some(Diagonal { edge: h, sums, front, back })
+    let front = Cost::of(pass.rows, &(side(next(g)) + sums + side(previous(h))), [a, d, c]);
+    let back = Cost::of(pass.rows, &(side(next(h)) - sums + side(previous(g))), [b, c, d]);
+    let gain = before.gain(front + back, pass.weight);
+    (gain > pass.min_gain).then_some(Diagonal { edge: h, sums, front, back })
 }
 
 /// Turns edge `h` from a-b to d-c, c and d the far corners: `h`'s triangle becomes a, d, c and its

@@ -1,11 +1,11 @@
 //! The force on a vertex: how the squared error changes as it moves (DESIGN, level three; Lawonn and
 //! Guenther, "Stylized Image Triangulation", 2019).
 
-use super::Field;
+use super::pass::Pass;
 use super::ring::Ring;
 use crate::geom::{Point, SUBPIXEL};
 
-/// Pixels of edge for each sample, and where it is looked at [closely](super::RefineOptions::closely);
+/// Pixels of edge for each sample, and where it is looked at [thoroughly](super::options::Mode::Thorough);
 /// edges are about 10 pixels long.
 const SPACING: f32 = 3.0;
 const CLOSE_SPACING: f32 = 2.0;
@@ -22,7 +22,7 @@ const MOST: i32 = 8;
 /// the normal, u from 0 at the vertex to 1 at the far end. That the means change too is of second
 /// order: a mean is where the error is least.
 pub(super) fn gradient(
-    field: Field,
+    pass: Pass,
     centre: Point,
     ring: &Ring,
     mean: impl Fn(usize) -> Option<[f32; 4]>,
@@ -33,7 +33,7 @@ pub(super) fn gradient(
         let front = mean(i);
         // A spoke on the frame's border has nothing behind it and does not move.
         if let (Some(behind), Some(front)) = (behind, front) {
-            let pull = pull(field, centre, ring.ends[i], behind, front);
+            let pull = pull(pass, centre, ring.ends[i], behind, front);
             let (dx, dy) = pixels_between(centre, ring.ends[i]);
             // (-dy, dx) is the normal into triangle i, as long as the spoke: it carries ds.
             gx -= dy * pull;
@@ -50,11 +50,11 @@ fn pixels_between(a: Point, b: Point) -> (f32, f32) {
 }
 
 /// The mean over the spoke of (|I - behind|^2 - |I - front|^2) (1 - u).
-fn pull(field: Field, from: Point, to: Point, behind: [f32; 4], front: [f32; 4]) -> f32 {
+fn pull(pass: Pass, from: Point, to: Point, behind: [f32; 4], front: [f32; 4]) -> f32 {
     let (dx, dy) = pixels_between(from, to);
-    let spacing = if field.closely { CLOSE_SPACING } else { SPACING };
+    let spacing = if pass.is_thorough() { CLOSE_SPACING } else { SPACING };
     let samples = (((dx * dx + dy * dy).sqrt() / spacing) as i32).clamp(2, MOST);
-    let sums = field.rows.sample(from, to, samples);
+    let sums = pass.rows.sample(from, to, samples);
     // Weights (1 - u) add up to samples^2 there. |I - b|^2 - |I - f|^2 = (f - b) . (2 I - f - b)
     let share = 1.0 / (samples * samples) as f32;
     let part = |c: usize| (front[c] - behind[c]) * (2.0 * share * sums[c] - front[c] - behind[c]);

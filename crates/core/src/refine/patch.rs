@@ -2,9 +2,9 @@
 
 use smallvec::SmallVec;
 
-use super::Field;
 use super::cost::Cost;
 use super::errors::Errors;
+use super::pass::Pass;
 use super::ring::Ring;
 use super::rows::RowSums;
 use super::sums::Sums;
@@ -180,7 +180,7 @@ pub(super) fn take_out(
 pub(super) fn put_in(
     surface: &mut Surface,
     errors: &mut Errors,
-    field: Field,
+    pass: Pass,
     ring: &Ring,
     v: u32,
     p: Point,
@@ -205,9 +205,9 @@ pub(super) fn put_in(
     }
     surface.out[v as usize] = 3 * slots[0];
     for (i, &t) in slots.iter().enumerate() {
-        let (cost, mean) = ring.triangle(field.rows, i, p);
+        let (cost, mean) = ring.triangle(pass.rows, i, p);
         surface.take_up(t, cost, mean);
-        errors.look_again(surface, t, field);
+        errors.look_again(surface, t, pass);
     }
 }
 

@@ -2,10 +2,10 @@
 
 use crate::parallel::prelude::*;
 
-use super::Field;
 use super::cost::Cost;
 use super::errors::Errors;
 use super::force::gradient;
+use super::pass::Pass;
 use super::patch::{Closing, put_in, take_out};
 use super::rest::Rest;
 use super::ring::Ring;
@@ -19,10 +19,10 @@ const PACK: usize = 16;
 
 /// So many vertices are planned for each that is re-placed, those that by their triangles' colours look the
 /// least needed, and as many triangles are tried for it, those of the largest errors; twice as many
-/// where it is looked at [closely](super::RefineOptions::closely).
+/// where it is looked at [thoroughly](super::options::Mode::Thorough).
 const PLANNED: usize = 2;
 
-/// For two vertices that are re-placed on a [running](super::RefineOptions::running) video so many triangles are
+/// For two vertices that are re-placed on a [streamed](super::options::Mode::Stream) video so many triangles are
 /// tried. Measured on seven clips: a hundredth more error than with four, 1 to 2 % less time for a step; with
 /// two, 3 % more error.
 const TRIED_FOR_TWO: usize = 3;
@@ -61,19 +61,19 @@ pub(super) fn replace(
     rest: &Rest,
     most: usize,
     turn: Turn,
-    field: Field,
+    pass: Pass,
 ) -> Vec<u32> {
     if most == 0 {
         // Vertices of what is running are chosen by them, too.
-        if field.running {
-            errors.update(surface, rest, Turn::ALL, field);
+        if pass.is_stream() {
+            errors.update(surface, rest, Turn::ALL, pass);
         }
         return Vec::new();
     }
-    let planned = most * if field.closely { 2 * PLANNED } else { PLANNED };
-    let tried = if field.running { (TRIED_FOR_TWO * most).div_ceil(2) } else { planned };
-    let (leaving, openings) = look([planned, tried], turn, surface, rest, (worth, errors), field);
-    let weight = field.weight;
+    let planned = most * if pass.is_thorough() { 2 * PLANNED } else { PLANNED };
+    let tried = if pass.is_stream() { (TRIED_FOR_TWO * most).div_ceil(2) } else { planned };
+    let (leaving, openings) = look([planned, tried], turn, surface, rest, (worth, errors), pass);
+    let weight = pass.weight;
     let mut taken = std::mem::take(&mut worth.taken);
     taken.clear();
     taken.resize(surface.triangles(), false);
@@ -105,7 +105,7 @@ pub(super) fn replace(
             around.links.iter().all(free)
         });
         let Some((loss, i)) = next else { break };
-        if opening.worth(weight) - loss <= field.least_gain {
+        if opening.worth(weight) - loss <= pass.min_gain {
             break;
         }
         let Candidate { vertex: v, plan, .. } = &worth.candidates[i];
@@ -113,16 +113,16 @@ pub(super) fn replace(
             None
         } else {
             around.sum_up(surface);
-            closing.plan(&around, field.rows, weight)
+            closing.plan(&around, pass.rows, weight)
         };
         let Some(plan) = plan.as_ref().or(sought.as_ref()) else { continue };
         for &h in around.links.iter().chain(&ring.links) {
             taken[h as usize / 3] = true;
         }
-        let placed = ring.try_at(field.rows, opening.place);
+        let placed = ring.try_at(pass.rows, opening.place);
         debug_assert!(placed.is_some());
-        let spare = take_out(surface, errors, field.rows, &around, plan);
-        put_in(surface, errors, field, &ring, *v, opening.place, spare);
+        let spare = take_out(surface, errors, pass.rows, &around, plan);
+        put_in(surface, errors, pass, &ring, *v, opening.place, spare);
         replaced.push(*v);
     }
     worth.taken = taken;
@@ -137,26 +137,26 @@ fn look(
     surface: &Surface,
     rest: &Rest,
     (worth, errors): (&mut Worth, &mut Errors),
-    field: Field,
+    pass: Pass,
 ) -> (Vec<(f64, usize)>, Vec<Opening>) {
     let mut worst = std::mem::take(&mut worth.worst);
     let is_open = |&t: &u32| turn.has(t) && rest.allows_triangle(surface, t);
     // What is running looks for openings meanwhile: there nearly all can pay, and threads wait less.
     let ((), early) = crate::parallel::join(
-        || worth.update(surface, rest, turn, planned, field),
+        || worth.update(surface, rest, turn, planned, pass),
         || {
-            errors.update(surface, rest, if field.running { Turn::ALL } else { turn }, field);
+            errors.update(surface, rest, if pass.is_stream() { Turn::ALL } else { turn }, pass);
             find_worst(surface, errors, is_open, tried, &mut worst);
-            field.running.then(|| openings(surface, rest, &worst, field))
+            pass.is_stream().then(|| openings(surface, rest, &worst, pass))
         },
     );
     // Taking out costs, and putting in gains, whichever is worse of error and error with shape: so a
     // pair that pays pays in both.
-    let leaving = worth.prices(field.weight);
+    let leaving = worth.prices(pass.weight);
     // A triangle whose error is below the price cannot pay for a vertex.
     let price = leaving.first().map_or(f64::INFINITY, |&(price, _)| price);
     let payers = worst.partition_point(|&(error, _)| error > price);
-    let mut openings = early.unwrap_or_else(|| openings(surface, rest, &worst[..payers], field));
+    let mut openings = early.unwrap_or_else(|| openings(surface, rest, &worst[..payers], pass));
     openings.retain(|opening| errors.of(opening.site.triangle()) > price);
     worth.worst = worst;
     (leaving, openings)
@@ -185,16 +185,16 @@ fn find_worst(
 }
 
 /// The best openings in the triangles `worst`, the best first.
-fn openings(surface: &Surface, rest: &Rest, worst: &[(f64, u32)], field: Field) -> Vec<Opening> {
+fn openings(surface: &Surface, rest: &Rest, worst: &[(f64, u32)], pass: Pass) -> Vec<Opening> {
     let found: Vec<Option<Opening>> = worst
         .par_iter()
         .with_min_len(PACK)
         .map_init(<[Ring; 2]>::default, |rings, &(_, t)| {
-            best_opening(surface, rest, t, field, rings)
+            best_opening(surface, rest, t, pass, rings)
         })
         .collect();
     let mut openings: Vec<Opening> = found.into_iter().flatten().collect();
-    let gain = |o: &Opening| o.worth(field.weight);
+    let gain = |o: &Opening| o.worth(pass.weight);
     openings.sort_unstable_by(|a, b| gain(b).total_cmp(&gain(a)).then(a.site.cmp(&b.site)));
     openings
 }
@@ -205,7 +205,7 @@ fn best_opening(
     surface: &Surface,
     rest: &Rest,
     t: u32,
-    field: Field,
+    pass: Pass,
     [ring, best_ring]: &mut [Ring; 2],
 ) -> Option<Opening> {
     let has_other = |h: &u32| {
@@ -217,34 +217,34 @@ fn best_opening(
     for site in std::iter::once(Site::Triangle(t)).chain(pairs) {
         site.enclose(surface, ring);
         let place = site.centre(surface);
-        if let Some(cost) = ring.try_at(field.rows, place) {
+        if let Some(cost) = ring.try_at(pass.rows, place) {
             let found = Opening { gain: site.cost(surface) + cost.scaled(-1.0), site, place };
-            if best.is_none_or(|(b, _)| found.worth(field.weight) > b.worth(field.weight)) {
+            if best.is_none_or(|(b, _)| found.worth(pass.weight) > b.worth(pass.weight)) {
                 best = Some((found, cost));
                 std::mem::swap(ring, best_ring);
             }
         }
     }
     let (Opening { site, place, .. }, cost) = best?;
-    let (place, cost) = settle(place, cost, field, best_ring);
+    let (place, cost) = settle(place, cost, pass, best_ring);
     Some(Opening { gain: site.cost(surface) + cost.scaled(-1.0), site, place })
 }
 
 /// Steps that a new vertex takes before its gain is counted, and where it is looked at
-/// [closely](super::RefineOptions::closely): it will go on with all others.
+/// [thoroughly](super::options::Mode::Thorough): it will go on with all others.
 const SETTLING: usize = 2;
 const CLOSE_SETTLING: usize = 4;
 
 /// Where a vertex at `place` inside `ring`, which has its spokes and costs `cost` then, gets with a few steps down
 /// the error, and what it costs there.
-fn settle(mut place: Point, mut cost: Cost, field: Field, ring: &mut Ring) -> (Point, Cost) {
-    let weight = field.weight;
+fn settle(mut place: Point, mut cost: Cost, pass: Pass, ring: &mut Ring) -> (Point, Cost) {
+    let weight = pass.weight;
     let mut reach = 2.0 * f64::from(crate::geom::SUBPIXEL);
     let mut slope = None;
-    for _ in 0..if field.closely { CLOSE_SETTLING } else { SETTLING } {
-        let mean = |i: usize| ring.total(field.rows, i, place).mean();
+    for _ in 0..if pass.is_thorough() { CLOSE_SETTLING } else { SETTLING } {
+        let mean = |i: usize| ring.total(pass.rows, i, place).mean();
         // As long as it stays the slope is the same; and the spokes may be those of another place.
-        let (gx, gy) = slope.unwrap_or_else(|| gradient(field, place, ring, mean));
+        let (gx, gy) = slope.unwrap_or_else(|| gradient(pass, place, ring, mean));
         slope = Some((gx, gy));
         let length = (gx * gx + gy * gy).sqrt();
         if length == 0.0 {
@@ -253,7 +253,7 @@ fn settle(mut place: Point, mut cost: Cost, field: Field, ring: &mut Ring) -> (P
         for _ in 0..2 {
             let step = |g: f64| (-g / length * reach).round() as i32;
             let to = Point::new(place.x + step(gx), place.y + step(gy));
-            match ring.try_at(field.rows, to) {
+            match ring.try_at(pass.rows, to) {
                 Some(after) if after.total(weight) < cost.total(weight) => {
                     (place, cost, slope) = (to, after, None);
                     reach *= 1.5;

@@ -1,6 +1,6 @@
 //! Which parts of a video's mesh rest: where the picture stands still, so does the mesh.
 
-use super::Field;
+use super::pass::Pass;
 use super::share::Share;
 use super::surface::{Surface, permute};
 
@@ -107,7 +107,7 @@ impl Rest {
     /// A new frame: wakes the corners of the triangles whose mean colour has changed by more than
     /// noise since they were last awake; slow changes add up. Time passes for the vertices of `share`,
     /// whose turn it is.
-    pub(super) fn wake(&mut self, surface: &mut Surface, share: Share, field: Field) {
+    pub(super) fn wake(&mut self, surface: &mut Surface, share: Share, pass: Pass) {
         self.live = true;
         for v in share.of(&surface.order) {
             let (nap, calm) = (&mut self.nap[v as usize], &mut self.calm[v as usize]);
@@ -115,13 +115,13 @@ impl Rest {
             *calm = (*calm + 1).min(CALM + 1);
         }
         for t in 0..surface.triangles() as u32 {
-            self.wake_around(surface, t, field);
+            self.wake_around(surface, t, pass);
         }
     }
 
     /// A new frame in which only the triangles `here` are looked at, until [`Rest::open`]: wakes as
     /// [`Rest::wake`] does. A turn is all that a place gets when it has changed.
-    pub(super) fn wake_some(&mut self, surface: &mut Surface, here: Vec<bool>, field: Field) {
+    pub(super) fn wake_some(&mut self, surface: &mut Surface, here: Vec<bool>, pass: Pass) {
         for (t, _) in (0..).zip(&here).filter(|(_, here)| !**here) {
             (3 * t..3 * t + 3).for_each(|h| self.calm[surface.from(h) as usize] |= OUTSIDE);
         }
@@ -129,7 +129,7 @@ impl Rest {
             *calm = CALM + 1;
         }
         for (t, _) in (0..).zip(&here).filter(|(_, here)| **here) {
-            self.wake_around(surface, t, field);
+            self.wake_around(surface, t, pass);
         }
         self.here = here;
     }
@@ -142,10 +142,10 @@ impl Rest {
 
     /// Wakes the corners of triangle `t` if its colour has changed by more than noise.
     #[inline]
-    fn wake_around(&mut self, surface: &mut Surface, t: u32, field: Field) {
+    fn wake_around(&mut self, surface: &mut Surface, t: u32, pass: Pass) {
         let mean = &surface.mean[t as usize];
         let old = &mut self.colours[t as usize];
-        if mean.change_from(old) > WAKING * field.least_gain {
+        if mean.change_from(old) > WAKING * pass.min_gain {
             *old = mean.colour;
             for h in 3 * t..3 * t + 3 {
                 let v = surface.from(h) as usize;

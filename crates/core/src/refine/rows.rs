@@ -4,6 +4,7 @@
 mod load;
 
 use super::sums::{NARROW, Sums, Total, unpack};
+use super::target::Target;
 use crate::frame::Frame;
 use crate::geom::{Point, SUBPIXEL, Size};
 use crate::scan::lanes::LaneSquares;
@@ -183,13 +184,14 @@ impl RowSums {
         [count, r, g, b, alpha]
     }
 
-    /// The squares of all channels of the pixels of a triangle, one by one. `frame` is the one that was
+    /// The squares of all channels of the pixels of a triangle, one by one. `target` is the one that was
     /// loaded; where it has no pixels, or not only opaque ones, they are what sums differ by.
-    pub(super) fn squares_of(&self, frame: &Frame, triangle: [Point; 3]) -> f64 {
-        if frame.is_opaque() && frame.has_pixels() {
+    pub(super) fn squares_of(&self, target: &Target, triangle: [Point; 3]) -> f64 {
+        let picture = target.picture();
+        if picture.is_opaque() && picture.has_pixels() {
             return widest(
                 #[inline(always)]
-                || opaque_squares_of(frame, triangle),
+                || opaque_squares_of(picture, triangle),
             ) as f64;
         }
         let mut squares = 0u64;
@@ -263,14 +265,14 @@ fn extent([a, b, c]: [Point; 3]) -> i32 {
 }
 
 #[inline(always)]
-fn opaque_squares_of(frame: &Frame, triangle: [Point; 3]) -> u64 {
+fn opaque_squares_of(picture: &Frame, triangle: [Point; 3]) -> u64 {
     let (mut squares, mut lanes, mut pixels) = (0, LaneSquares::default(), 0);
     scan::spans(
         triangle,
-        0..frame.size().height,
+        0..picture.size().height,
         #[inline(always)]
         |y, columns| {
-            lanes.add(&frame.row(y)[columns.start..], columns.len());
+            lanes.add(&picture.row(y)[columns.start..], columns.len());
             pixels += columns.len();
             if pixels >= NARROW {
                 squares += std::mem::take(&mut lanes).total();
@@ -315,7 +317,7 @@ mod tests {
         ) {
             let frame = picture(Size::new(90, 130), seed % 1000, 255, opaque);
             let mut rows = RowSums::default();
-            rows.load(&frame, false);
+            rows.load(&Target::Frame(&frame), false);
             let [a, mut b, mut c] = corners.map(|(x, y)| Point::new(x / snap * snap, y / snap * snap));
             prop_assume!(orient(a, b, c) != 0);
             if orient(a, b, c) < 0 {
@@ -325,7 +327,7 @@ mod tests {
             let (slow, squares) = slowly(&frame, [a, b, c]);
             prop_assert_eq!(rows.total(&sums, orient(a, b, c), [a, b, c]), slow);
             prop_assert_eq!(rows.wide([a, b, c]), slow);
-            prop_assert_eq!(rows.squares_of(&frame, [a, b, c]), squares);
+            prop_assert_eq!(rows.squares_of(&Target::Frame(&frame), [a, b, c]), squares);
         }
     }
 
@@ -335,7 +337,7 @@ mod tests {
         let size = Size::new(16384, 3);
         let frame = Frame::filled(size, [255, 254, 253, 255]).expect("a frame");
         let mut rows = RowSums::default();
-        rows.load(&frame, false);
+        rows.load(&Target::Frame(&frame), false);
         let far = size.far();
         let [a, b, c] = [Point::new(0, 0), far, Point::new(0, far.y)];
         let sums = rows.edge(a, b) + rows.edge(b, c) + rows.edge(c, a);

@@ -1,9 +1,9 @@
 //! One step: vertices are re-placed, vertices move, and edges flip.
 
-use super::Field;
 use super::descend::Descent;
 use super::errors::Errors;
 use super::flip::{Diagonal, flip};
+use super::pass::Pass;
 use super::replace::replace;
 use super::rest::Rest;
 use super::share::{Share, Turn};
@@ -54,24 +54,18 @@ impl Stepper {
 
     /// A new frame. `carried` says that triangles and half-edges are those of the frame before; then time
     /// passes for the vertices of `share`.
-    pub(super) fn begin(
-        &mut self,
-        surface: &mut Surface,
-        carried: bool,
-        share: Share,
-        field: Field,
-    ) {
+    pub(super) fn begin(&mut self, surface: &mut Surface, carried: bool, share: Share, pass: Pass) {
         if carried {
-            self.rest.wake(surface, share, field);
+            self.rest.wake(surface, share, pass);
         } else {
             self.rest.reset(surface);
         }
-        self.start(surface, field);
+        self.start(surface, pass);
     }
 
-    fn start(&mut self, surface: &Surface, field: Field) {
+    fn start(&mut self, surface: &Surface, pass: Pass) {
         self.worth.reset(surface.at.len());
-        self.errors.begin(surface, field);
+        self.errors.begin(surface, pass);
         self.since = surface.clock;
     }
 
@@ -81,27 +75,27 @@ impl Stepper {
         surface: &mut Surface,
         carried: bool,
         here: Vec<bool>,
-        field: Field,
+        pass: Pass,
     ) {
         if !carried {
             self.rest.reset(surface);
         }
-        self.rest.wake_some(surface, here, field);
-        self.start(surface, field);
+        self.rest.wake_some(surface, here, pass);
+        self.start(surface, pass);
     }
 
     /// Re-places up to `most` vertices, not more than there are wrong places, and turns edges; none moves.
-    pub(super) fn tend(&mut self, surface: &mut Surface, most: usize, field: Field) -> Changes {
+    pub(super) fn tend(&mut self, surface: &mut Surface, most: usize, pass: Pass) -> Changes {
         let Self { descent, worth, errors, rest, diagonals, since } = self;
         surface.clock += 1;
-        errors.update(surface, rest, Turn::ALL, field);
+        errors.update(surface, rest, Turn::ALL, pass);
         let is_wrong =
-            |&t: &u32| rest.allows_triangle(surface, t) && errors.of(t) > WRONG * field.least_gain;
+            |&t: &u32| rest.allows_triangle(surface, t) && errors.of(t) > WRONG * pass.min_gain;
         let wrong = (0..surface.triangles() as u32).filter(is_wrong).count();
         let most = most.min(wrong);
-        let replaced = replace(surface, worth, errors, rest, most, Turn::ALL, field);
+        let replaced = replace(surface, worth, errors, rest, most, Turn::ALL, pass);
         descent.start_anew(&replaced);
-        let flipped = flip(surface, errors, rest, *since, field, diagonals);
+        let flipped = flip(surface, errors, rest, *since, pass, diagonals);
         Changes { moved: 0, flipped, replaced }
     }
 
@@ -113,15 +107,15 @@ impl Stepper {
         share: Share,
         most: usize,
         turns: u32,
-        field: Field,
+        pass: Pass,
     ) -> Changes {
         let Self { descent, worth, errors, rest, diagonals, since } = self;
         surface.clock += 1;
         let turn = worth.turn(turns);
-        let replaced = replace(surface, worth, errors, rest, most, turn, field);
+        let replaced = replace(surface, worth, errors, rest, most, turn, pass);
         descent.start_anew(&replaced);
-        let moved = descent.step(surface, share, rest, errors, field);
-        let flipped = flip(surface, errors, rest, *since, field, diagonals);
+        let moved = descent.step(surface, share, rest, errors, pass);
+        let flipped = flip(surface, errors, rest, *since, pass, diagonals);
         *since = surface.clock;
         Changes { moved, flipped, replaced }
     }
@@ -131,9 +125,10 @@ impl Stepper {
 mod tests {
     use super::*;
     use crate::geom::Size;
+    use crate::refine::options::RefineOptions;
     use crate::refine::rows::RowSums;
+    use crate::refine::target::Target;
     use crate::refine::tests::{picture, scattered};
-    use crate::refine::{Field, RefineOptions};
 
     /// After vertices have left, come in and moved, and edges have turned.
     #[test]
@@ -141,18 +136,19 @@ mod tests {
         for seed in 0..8 {
             let frame = picture(Size::new(160, 120), seed, 60, true);
             let (mut rows, mut surface) = (RowSums::default(), Surface::default());
-            rows.load(&frame, true);
+            rows.load(&Target::Frame(&frame), true);
             surface.link(&scattered(frame.size(), 300));
             surface.measure(&rows);
             let options = RefineOptions::live();
-            let field = Field::new(&rows, &frame, surface.triangles(), &options);
-            let field = Field { follows: true, ..field };
+            let target = Target::Frame(&frame);
+            let pass = Pass::new(&rows, &target, surface.triangles(), &options);
+            let pass = Pass { has_next: true, ..pass };
             let mut stepper = Stepper::default();
             stepper.forget(surface.at.len());
-            stepper.begin(&mut surface, false, Share::ALL, field);
+            stepper.begin(&mut surface, false, Share::ALL, pass);
             for _ in 0..3 {
                 let Changes { moved, flipped, replaced } =
-                    stepper.step(&mut surface, Share::ALL, 12, 1, field);
+                    stepper.step(&mut surface, Share::ALL, 12, 1, pass);
                 assert!(moved.min(flipped).min(replaced.len()) > 4, "nothing to tell");
                 let (mut told, mut guessed, mut exact) = (0, 0.0, 0.0);
                 for t in 0..surface.triangles() as u32 {
@@ -160,7 +156,7 @@ mod tests {
                     if error.is_finite() {
                         told += 1;
                         guessed += error;
-                        let squares = rows.squares_of(&frame, surface.corners(t));
+                        let squares = rows.squares_of(&target, surface.corners(t));
                         exact += squares + surface.cost[t as usize].error;
                     }
                 }

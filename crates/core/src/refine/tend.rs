@@ -1,10 +1,12 @@
 //! Births and deaths where no step is asked for.
 
-use super::Field;
 use super::cell::cell_rows;
+use super::options::{Mode, RefineOptions};
+use super::pass::Pass;
 use super::step::Changes;
 use super::surface::Surface;
-use super::{RefineOptions, Refined, Refiner};
+use super::target::Target;
+use super::{Refined, Refiner, in_pool};
 use crate::frame::Frame;
 use crate::geom::{SUBPIXEL, Size};
 use crate::mesh::Mesh;
@@ -47,26 +49,28 @@ impl Sweep {
 }
 
 impl Refiner {
-    /// Takes up a fresh `mesh` of `frame` that is not to be refined, for [`Refiner::tend`].
-    pub fn take_up(&mut self, mesh: &Mesh, frame: &Frame) {
+    /// Adopts a fresh `mesh` of `frame` that later frames only maintain.
+    pub(super) fn adopt(&mut self, mesh: &Mesh, frame: &Frame) {
         self.prepare(mesh);
         if mesh.size == frame.size() {
-            self.rows.load(frame, false);
+            self.rows.load(&Target::Frame(frame), false);
             self.surface.measure(&self.rows);
             self.stepper.rest.lie_down(&self.surface);
         }
     }
 
-    /// Keeps `mesh`, which comes from the frame before, fit for `frame` where there is no time for
-    /// [steps](Refiner::resume), or none are wanted: in a strip of the picture, which sweeps over it from
-    /// frame to frame, vertices that matter least are re-placed where the picture has changed and the
-    /// error is large, and edges flip beside them. All others stay where they are. Of `options`, regularity
-    /// and threshold count.
-    pub fn tend(&mut self, mesh: &mut Mesh, frame: &Frame, options: &RefineOptions) -> Refined {
+    /// Keeps `mesh` fit for `frame` where there is no time for steps, or none are wanted: see
+    /// [`Refiner::frame`].
+    pub(super) fn maintain(
+        &mut self,
+        mesh: &mut Mesh,
+        frame: &Frame,
+        options: &RefineOptions,
+    ) -> Refined {
         if mesh.size != frame.size() {
             return Refined::default();
         }
-        let Self { rows, surface, stepper, sweep, spent, .. } = self;
+        let Self { rows, surface, stepper, sweep, buffers, .. } = self;
         let strip = sweep.next(moved(surface, mesh));
         let Some(strip) = strip else {
             if surface.at.len() == mesh.vertices.len() {
@@ -74,7 +78,7 @@ impl Refiner {
             }
             return Refined::default();
         };
-        crate::parallel::scope(|_| {
+        in_pool(|| {
             let carried = surface.relink(mesh);
             if !carried {
                 stepper.forget(surface.at.len());
@@ -82,24 +86,21 @@ impl Refiner {
             let here = overlapping(surface, strip);
             let wanted = rows_of(surface, &here);
             let read = cell_rows(frame.size(), surface.triangles()).chain([wanted.clone()]);
-            let some = frame.with_rows(read, &mut spent.pixels);
-            let frame = some.as_ref().unwrap_or(frame);
-            rows.load_rows(frame, wanted, false);
+            let target = Target::with_rows(frame, read, buffers);
+            rows.load_rows(&target, wanted, false);
             surface.measure_some(rows, &here);
-            let still = RefineOptions { running: false, ..*options };
-            let field = Field::new(rows, frame, surface.triangles(), &still);
-            stepper.begin_some(surface, carried, here, field);
+            let still = RefineOptions { mode: Mode::Quick, ..*options };
+            let pass = Pass::new(rows, &target, surface.triangles(), &still);
+            stepper.begin_some(surface, carried, here, pass);
             let begin = surface.clock;
             let most = (REPLACED * surface.at.len() as f64).ceil() as usize;
-            let changes = stepper.tend(surface, most, field);
+            let changes = stepper.tend(surface, most, pass);
             stepper.rest.settle(surface, begin);
             stepper.rest.open();
             if !changes.is_empty() {
                 surface.store(mesh);
             }
-            if let Some(some) = some {
-                spent.pixels = some.into_pixels();
-            }
+            target.recycle(buffers);
             let Changes { flipped, mut replaced, .. } = changes;
             replaced.sort_unstable();
             Refined { flipped, replaced, ..Refined::default() }

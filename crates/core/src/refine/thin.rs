@@ -31,6 +31,7 @@ mod tests {
     use crate::frame::Frame;
     use crate::geom::{Point, SUBPIXEL, Size};
     use crate::refine::rows::RowSums;
+    use crate::refine::target::Target;
     use crate::refine::tests::{picture, scattered};
     use crate::scan;
 
@@ -38,11 +39,11 @@ mod tests {
     fn errors(frame: &Frame, seeds: u32) -> Vec<(f64, f64)> {
         let mesh = scattered(frame.size(), seeds);
         let mut rows = RowSums::default();
-        rows.load(frame, true);
+        rows.load(&Target::Frame(frame), true);
         let errors = (0..mesh.triangles.len()).filter_map(|t| {
             let triangle = mesh.triangle(t);
             let total = rows.wide(triangle);
-            let exact = rows.squares_of(frame, triangle) - total.explained();
+            let exact = rows.squares_of(&Target::Frame(frame), triangle) - total.explained();
             let about = error(rows.thin(triangle), total.count() as f32);
             about.is_finite().then_some((exact, about.into()))
         });
@@ -54,7 +55,7 @@ mod tests {
         let frame = picture(Size::new(161, 121), 3, 60, true);
         let mesh = scattered(frame.size(), 100);
         let mut rows = RowSums::default();
-        rows.load(&frame, true);
+        rows.load(&Target::Frame(&frame), true);
         for t in 0..mesh.triangles.len() {
             let triangle = mesh.triangle(t);
             let (mut count, mut sums, mut squares) = (0, [0i64; 3], 0u64);
@@ -101,7 +102,7 @@ mod tests {
     fn a_white_triangle_that_is_nearly_too_large_fits() {
         let white = Frame::filled(Size::new(127, 127), [255; 4]).expect("a small frame");
         let mut rows = RowSums::default();
-        rows.load(&white, true);
+        rows.load(&Target::Frame(&white), true);
         let far = 127 * SUBPIXEL;
         let half = [(0, 0), (far, 0), (0, far)].map(|(x, y)| Point::new(x, y));
         let thin = rows.thin(half);
@@ -115,10 +116,10 @@ mod tests {
         let sliver =
             [(0, 1), (40, 1), (40, 2)].map(|(x, y)| Point::new(x * SUBPIXEL, y * SUBPIXEL));
         let mut rows = RowSums::default();
-        rows.load(&picture(Size::new(50, 50), 1, 9, true), true);
+        rows.load(&Target::Frame(&picture(Size::new(50, 50), 1, 9, true)), true);
         assert!(rows.has_thin());
         assert_eq!(error(rows.thin(sliver), 20.0), f32::INFINITY);
-        rows.load(&picture(Size::new(50, 50), 1, 9, false), true);
+        rows.load(&Target::Frame(&picture(Size::new(50, 50), 1, 9, false)), true);
         assert!(!rows.has_thin());
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::parallel::prelude::*;
 
-use super::Field;
 use super::cost::Cost;
+use super::pass::Pass;
 use super::patch::{Closing, Plan};
 use super::rest::Rest;
 use super::ring::Ring;
@@ -35,7 +35,7 @@ pub(super) struct Worth {
 }
 
 /// A pass that may re-place few vertices looks at this many for each of them, in turns. Measured: 8
-/// gain more in the same time than 32 or all; but see [`running`](super::RefineOptions::running).
+/// gain more in the same time than 32 or all; but see [`Mode::Stream`](super::options::Mode::Stream).
 const LOOKED_AT: usize = 8;
 
 /// Passes until every vertex has had its turn, when each may re-place `most`.
@@ -83,12 +83,12 @@ impl Worth {
         rest: &Rest,
         turn: Turn,
         most: usize,
-        field: Field,
+        pass: Pass,
     ) {
         let mut candidates = std::mem::take(&mut self.candidates);
         let is_asked = |v: u32| {
             turn.has(v)
-                && (!field.running || turn.has_in_quarter(v))
+                && (!pass.is_stream() || turn.has_in_quarter(v))
                 && rest.allows(v)
                 && surface.freedom(v) == Place::Interior
         };
@@ -115,7 +115,7 @@ impl Worth {
                     |(v, _)| **v,
                     |(&v, candidate), leaving| {
                         ring.surround(surface, v, leaving);
-                        *candidate = self.candidate(surface, v, ring, closing, field);
+                        *candidate = self.candidate(surface, v, ring, closing, pass);
                     },
                 );
             },
@@ -156,14 +156,14 @@ impl Worth {
         v: u32,
         ring: &mut Ring,
         closing: &mut Closing,
-        field: Field,
+        pass: Pass,
     ) -> Candidate {
         let newest = ring.links.iter().map(|&h| surface.stamp[h as usize / 3]).max();
         if newest < Some(self.asked[v as usize]) {
             return Candidate { vertex: v, loss: None, plan: None };
         }
         ring.sum_up(surface);
-        let plan = closing.plan(ring, field.rows, field.weight);
+        let plan = closing.plan(ring, pass.rows, pass.weight);
         let loss = |plan: &Plan| plan.cost + ring.cost(surface).scaled(-1.0);
         let loss = plan.as_ref().map_or(Cost::INFINITE, loss);
         Candidate { vertex: v, loss: Some(loss), plan }

@@ -28,7 +28,9 @@ use std::time::Duration;
 use polyreel::error::Result;
 use polyreel::geom::Size;
 use polyreel::options::Colour;
-use polyreel::pipeline::{self, Controls, FrameReport, Guide, Observer, Settings, Stop, Summary};
+use polyreel::pipeline::{
+    self, Controls, DetailPolicy, FrameReport, Observer, Settings, Stop, Summary,
+};
 use polyreel::sink::{Sink, SinkOptions};
 use polyreel::source::{self, SourceOptions};
 use polyreel::stream::StreamInfo;
@@ -81,7 +83,7 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
     let budget = budget(args, &info)?;
     let settings = Settings {
         controls: Some(controls.clone()),
-        guide: budget.map_or(Guide::Options, Guide::Budget),
+        detail_policy: budget.map_or(DetailPolicy::Options, DetailPolicy::Budget),
         threads: args.threads,
         allow_truncated: args.input.allow_truncated,
         ..Settings::default()

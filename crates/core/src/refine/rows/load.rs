@@ -5,22 +5,23 @@ use std::ops::Range;
 use crate::parallel::prelude::*;
 
 use super::{EXTENT, LINE, RowSums, TOGETHER};
-use crate::frame::{Frame, Rgba};
+use crate::frame::Rgba;
 use crate::geom::{MAX_SIDE, SUBPIXEL};
 use crate::refine::sums::pack;
+use crate::refine::target::Target;
 use crate::scan::lanes::{LaneSquares, square};
 use crate::vector::widest;
 
 impl RowSums {
-    /// Takes the sums of `frame`, in the memory of the last one's; `thinly`, and where it is opaque, with what
+    /// Takes the sums of `target`, in the memory of the last one's; `thinly`, and where it is opaque, with what
     /// [thin](super::super::thin) sums need.
-    pub(in crate::refine) fn load(&mut self, frame: &Frame, thinly: bool) {
-        self.load_rows(frame, 0..frame.size().height, thinly);
+    pub(in crate::refine) fn load(&mut self, target: &Target, thinly: bool) {
+        self.load_rows(target, 0..target.size().height, thinly);
     }
 
     /// The same of its `rows`, and perhaps of some beside them; of others nothing may be asked.
-    pub(in crate::refine) fn load_rows(&mut self, frame: &Frame, rows: Range<u32>, thinly: bool) {
-        let size = frame.size();
+    pub(in crate::refine) fn load_rows(&mut self, target: &Target, rows: Range<u32>, thinly: bool) {
+        let (picture, size) = (target.picture(), target.size());
         self.size = size;
         self.vast = (size.width + size.height) as i32 * SUBPIXEL >= EXTENT;
         let height = size.height as usize;
@@ -34,8 +35,8 @@ impl RowSums {
         self.starts.extend((0..height).map(start));
         let colour = &mut self.colour[aligned..aligned + entries];
         self.alpha.clear();
-        self.has_thin = thinly && frame.is_opaque();
-        if frame.is_opaque() {
+        self.has_thin = thinly && target.is_opaque();
+        if target.is_opaque() {
             let groups = rows.start as usize / TOGETHER..(rows.end as usize).div_ceil(TOGETHER);
             let rows = groups.start * TOGETHER..height.min(groups.end * TOGETHER);
             let colour = &mut colour[groups.start * group..groups.end * group];
@@ -51,11 +52,12 @@ impl RowSums {
                 self.squares_before.resize(entries / 2, 0);
                 let (first, last) = (groups.start * group / 2, groups.end * group / 2);
                 let thin = self.squares_before[first..last].par_chunks_mut(group / 2);
-                frame.pass_over(rows, TOGETHER, colour.zip(thin), |pixels, (colour, thin)| {
+                picture.pass_over(rows, TOGETHER, colour.zip(thin), |pixels, (colour, thin)| {
                     sum(pixels, colour, Some(thin))
                 })
             } else {
-                frame.pass_over(rows, TOGETHER, colour, |pixels, colour| sum(pixels, colour, None))
+                picture
+                    .pass_over(rows, TOGETHER, colour, |pixels, colour| sum(pixels, colour, None))
             };
         } else {
             self.alpha.resize(entries + LINE, 0);
@@ -64,7 +66,7 @@ impl RowSums {
                 |(four, (colour, alpha))| {
                     let rows = (TOGETHER * four..height).take(TOGETHER).enumerate();
                     let row = |(i, y)| {
-                        sum_premultiplied(frame.row(y as u32), &mut colour[i..], &mut alpha[i..])
+                        sum_premultiplied(picture.row(y as u32), &mut colour[i..], &mut alpha[i..])
                     };
                     rows.map(row).sum::<u64>()
                 },

@@ -111,6 +111,7 @@ fn sum_up(
 mod tests {
     use super::*;
     use crate::geom::Size;
+    use crate::refine::target::Target;
     use crate::refine::tests::{picture, scattered};
 
     /// Of a mesh of several packs, against each half-edge and triangle by itself.
@@ -119,7 +120,7 @@ mod tests {
         for (opaque, thinly) in [(true, true), (true, false), (false, true)] {
             let frame = picture(Size::new(201, 150), 5, 60, opaque);
             let mut rows = RowSums::default();
-            rows.load(&frame, thinly);
+            rows.load(&Target::Frame(&frame), thinly);
             let mut surface = Surface::default();
             surface.link(&scattered(frame.size(), 500));
             assert!(surface.triangles() > 3 * PACK);

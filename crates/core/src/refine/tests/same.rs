@@ -14,7 +14,7 @@ fn course(
         course.push((mesh.clone(), error));
         true
     };
-    let refined = refiner.refine_while(&mut mesh, frame, options, &mut watch);
+    let refined = refiner.still(&mut mesh, frame, options, Some(&mut watch));
     course.push((mesh, refined.error_after));
     (course, refined)
 }
@@ -67,7 +67,7 @@ fn a_refiner_takes_a_smaller_mesh_after_a_larger_one() {
             turn += usize::from(again.1.replaced.is_empty());
             // A frame of a video in between.
             refine(&mut mesh, &frame, &options);
-            refiner.resume(&mut mesh, &frame, &RefineOptions::live(), None);
+            refiner.frame(&mut mesh, &frame, &RefineOptions::live(), None);
         }
     }
     assert!(turn < 30, "nothing was re-placed in {turn} runs of 60");
@@ -81,7 +81,7 @@ fn new_numbers_change_nothing_but_the_order() {
         let mut mesh = scattered(frame.size(), 1500);
         let mut refiner = Refiner::default();
         let options = RefineOptions { replace: 0.3, ..RefineOptions::normal() };
-        let refined = refiner.refine(&mut mesh, &frame, &options);
+        let refined = refiner.still(&mut mesh, &frame, &options, None);
         assert!(refined.replaced.len() > 80, "{}", refined.replaced.len());
         let Refiner { surface, rows, stepper, .. } = &mut refiner;
         let known = |surface: &Surface, stepper: &Stepper| {

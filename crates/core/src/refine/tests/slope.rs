@@ -27,7 +27,7 @@ fn force_and_slope(chance: u32) -> ([f64; 2], [f64; 2]) {
     }));
     let mesh = triangulate(size, &seeds).expect("distinct seeds");
     let mut refiner = Refiner::default();
-    refiner.rows.load(&frame, false);
+    refiner.rows.load(&Target::Frame(&frame), false);
     refiner.surface.link(&mesh);
     refiner.surface.measure(&refiner.rows);
     let mut ring = Ring::default();
@@ -35,16 +35,15 @@ fn force_and_slope(chance: u32) -> ([f64; 2], [f64; 2]) {
     ring.surround(&refiner.surface, v, refiner.surface.around(v));
     ring.sum_up(&refiner.surface);
     let mean = |i: usize| refiner.surface.mean[ring.links[i] as usize / 3].known();
-    let field = Field {
+    let pass = Pass {
         rows: &refiner.rows,
-        frame: &frame,
+        target: &Target::Frame(&frame),
         weight: 0.0,
-        least_gain: 0.0,
-        closely: true,
-        running: false,
-        follows: false,
+        min_gain: 0.0,
+        mode: Mode::Thorough,
+        has_next: false,
     };
-    let (gx, gy) = super::force::gradient(field, seeds[0], &ring, mean);
+    let (gx, gy) = super::force::gradient(pass, seeds[0], &ring, mean);
     // Central differences over eight pixels even out that pixels change hands whole.
     let slope = |dx: i32, dy: i32| {
         let error = |way: i32| {

@@ -75,8 +75,8 @@ proptest! {
             regularity,
             replace,
             threshold,
-            closely: opaque,
-            running: !opaque,
+            mode: if opaque { Mode::Thorough } else { Mode::Stream },
+            unrefined: Unrefined::Forget,
         };
         let mut refiner = Refiner::default();
         let mut error = f64::INFINITY;
@@ -84,9 +84,9 @@ proptest! {
         let rounding = 1e-9 * frame.size().pixels() as f64 * 4.0 * 255.0 * 255.0;
         for step in 0..8 {
             let refined = if step < 4 {
-                refiner.refine(&mut mesh, &frame, &options)
+                refiner.still(&mut mesh, &frame, &options, None)
             } else {
-                refiner.resume(&mut mesh, &frame, &options, None)
+                refiner.frame(&mut mesh, &frame, &options, None)
             };
             prop_assert_eq!(mesh.check(), Ok(()));
             audit(&refiner.surface, &refiner.rows);
@@ -131,7 +131,7 @@ proptest! {
             regularity,
             replace,
             threshold,
-            closely: opaque,
+            mode: if opaque { Mode::Thorough } else { Mode::Quick },
             ..RefineOptions::draft()
         };
         let mut seen = Vec::new();
@@ -139,7 +139,7 @@ proptest! {
             seen.push((mesh.check(), error, error_of(mesh, &frame)));
             true
         };
-        let refined = Refiner::default().refine_while(&mut mesh, &frame, &options, &mut watch);
+        let refined = Refiner::default().still(&mut mesh, &frame, &options, Some(&mut watch));
         seen.push((mesh.check(), refined.error_after, error_of(&mesh, &frame)));
         prop_assert_eq!(seen.len() as u32, refined.steps + 1);
         // What rounding makes of sums as large as that.

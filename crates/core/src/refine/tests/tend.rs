@@ -14,9 +14,9 @@ fn a_still_that_is_tended_stays_as_it_is() {
     let mut mesh = scattered(SIZE, 700);
     let before = mesh.clone();
     let mut refiner = Refiner::default();
-    refiner.take_up(&mesh, &frame);
+    refiner.adopt(&mesh, &frame);
     for t in 0..70 {
-        assert_eq!(refiner.tend(&mut mesh, &frame, &plan()), Refined::default(), "frame {t}");
+        assert_eq!(refiner.maintain(&mut mesh, &frame, &plan()), Refined::default(), "frame {t}");
     }
     assert_eq!(mesh, before);
 }
@@ -28,12 +28,12 @@ fn a_picture_that_has_changed_is_mended_strip_by_strip() {
         let (before, after) = (picture(SIZE, 2, 40, opaque), picture(SIZE, 5, 40, opaque));
         let mut mesh = scattered(SIZE, 700);
         let mut refiner = Refiner::default();
-        refiner.take_up(&mesh, &before);
+        refiner.adopt(&mesh, &before);
         let first = error_of(&mesh, &after);
         let (mut last, mut born) = (first, 0);
         for t in 0..70 {
             let vertices = mesh.vertices.len();
-            let refined = refiner.tend(&mut mesh, &after, &plan());
+            let refined = refiner.maintain(&mut mesh, &after, &plan());
             assert_eq!((mesh.check(), mesh.vertices.len()), (Ok(()), vertices));
             let error = error_of(&mesh, &after);
             assert!(error <= last, "frame {t}: {error} after {last}");
@@ -48,14 +48,14 @@ fn a_picture_that_has_changed_is_mended_strip_by_strip() {
 fn strips_and_steps_take_turns() {
     let mut mesh = scattered(SIZE, 700);
     let mut refiner = Refiner::default();
-    refiner.refine(&mut mesh, &picture(SIZE, 0, 40, true), &RefineOptions::normal());
+    refiner.still(&mut mesh, &picture(SIZE, 0, 40, true), &RefineOptions::normal(), None);
     let step = RefineOptions { steps: 1, ..RefineOptions::live() };
     for t in 1..40 {
         let frame = picture(SIZE, t / 3, 40, true);
         if t % 5 < 3 {
-            refiner.tend(&mut mesh, &frame, &plan());
+            refiner.maintain(&mut mesh, &frame, &plan());
         } else {
-            let refined = refiner.resume(&mut mesh, &frame, &step, None);
+            let refined = refiner.frame(&mut mesh, &frame, &step, None);
             let (told, found) = (refined.error_after, error_of(&mesh, &frame));
             assert!((told - found).abs() <= 1e-6 * found, "frame {t}: {told}, not {found}");
         }

@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::options::Options;
-use crate::rasterise::{Brief, Painter};
+use crate::rasterise::{PaintHints, Painter};
+use crate::residual::ResidualRequest;
 
 #[test]
 fn a_still_settles_and_then_stays() {
@@ -10,10 +11,10 @@ fn a_still_settles_and_then_stays() {
     let mut mesh = scattered(frame.size(), 300);
     let best = RefineOptions { steps: 500, ..RefineOptions::best() };
     let mut refiner = Refiner::default();
-    let refined = refiner.refine(&mut mesh, &frame, &best);
+    let refined = refiner.still(&mut mesh, &frame, &best, None);
     assert!(refined.steps < 200, "still busy after {} steps", refined.steps);
     let settled = mesh.clone();
-    let again = refiner.resume(&mut mesh, &frame, &best, None);
+    let again = refiner.frame(&mut mesh, &frame, &best, None);
     assert!(again.steps < 5, "{again:?}");
     assert_eq!((again.moved, again.flipped), (0, 0));
     assert!(mesh == settled && again.replaced.is_empty());
@@ -24,11 +25,11 @@ fn a_still_video_stands_still_before_its_tenth_frame() {
     let frame = picture(Size::new(120, 90), 2, 40, true);
     let mut mesh = scattered(frame.size(), 300);
     let mut refiner = Refiner::default();
-    refiner.refine(&mut mesh, &frame, &RefineOptions::normal());
+    refiner.still(&mut mesh, &frame, &RefineOptions::normal(), None);
     let live = RefineOptions { threshold: 0.0, replace: 0.02, ..RefineOptions::live() };
     let mut last = mesh.clone();
     for t in 1..30 {
-        let refined = refiner.resume(&mut mesh, &frame, &live, None);
+        let refined = refiner.frame(&mut mesh, &frame, &live, None);
         assert_eq!(mesh.check(), Ok(()));
         if t == 1 {
             assert!(refined.moved > 0, "nothing is left to do: this proves nothing");
@@ -46,12 +47,17 @@ fn parts_of_a_step_get_as_far_as_steps() {
     let course = |steps: u32, part: u32, frames: u32| {
         let mut mesh = scattered(frame.size(), 1500);
         let mut refiner = Refiner::default();
-        refiner.refine(&mut mesh, &frame, &RefineOptions { steps: 1, ..RefineOptions::normal() });
+        refiner.still(
+            &mut mesh,
+            &frame,
+            &RefineOptions { steps: 1, ..RefineOptions::normal() },
+            None,
+        );
         let live = RefineOptions { steps, part, threshold: 0.0, ..RefineOptions::live() };
         let mut errors = Vec::new();
         let mut moved = 0;
         for _ in 0..frames {
-            let refined = refiner.resume(&mut mesh, &frame, &live, None);
+            let refined = refiner.frame(&mut mesh, &frame, &live, None);
             assert_eq!((mesh.check(), refined.steps), (Ok(()), 1));
             moved = refined.moved + refined.flipped + refined.replaced.len();
             errors.push(refined.error_after);
@@ -77,7 +83,7 @@ fn a_prepared_mesh_is_refined_as_a_new_one() {
     let mut anew = prepared.clone();
     refiner.prepare(&prepared);
     let live = RefineOptions { steps: 1, ..RefineOptions::live() };
-    let first = refiner.resume(&mut prepared, &frame, &live, None);
+    let first = refiner.frame(&mut prepared, &frame, &live, None);
     assert!(first.moved > 100, "nothing to tell");
     assert_eq!(first, refine(&mut anew, &frame, &live));
     assert_eq!(prepared, anew);
@@ -87,19 +93,19 @@ fn a_prepared_mesh_is_refined_as_a_new_one() {
 #[test]
 fn a_step_of_a_running_video_moves_at_most_a_share_of_the_vertices() {
     let frame = picture(Size::new(160, 120), 2, 40, true);
-    let moved = |running| {
+    let moved = |mode| {
         let mut mesh = scattered(frame.size(), 900);
-        let live = RefineOptions { steps: 1, threshold: 0.0, running, ..RefineOptions::live() };
+        let live = RefineOptions { steps: 1, threshold: 0.0, mode, ..RefineOptions::live() };
         (refine(&mut mesh, &frame, &live).moved, mesh.vertices.len())
     };
-    let (all, vertices) = moved(false);
+    let (all, vertices) = moved(Mode::Quick);
     assert!(2 * all > vertices, "hardly any of {vertices} has a way to go: {all}");
-    let (some, _) = moved(true);
+    let (some, _) = moved(Mode::Stream);
     assert!(some > vertices / 8 && some <= (0.25 * vertices as f64).ceil() as usize, "{some}");
 }
 
 fn refine_in(refiner: &mut Refiner, frame: &Frame, count: u32) {
-    refiner.refine(&mut scattered(frame.size(), count), frame, &RefineOptions::normal());
+    refiner.still(&mut scattered(frame.size(), count), frame, &RefineOptions::normal(), None);
 }
 
 #[cfg(feature = "parallel")]
@@ -113,7 +119,7 @@ fn any_number_of_threads_gives_the_same_mesh_after_parts_of_steps() {
             let frame = picture(mesh.size, 5 + u64::from(t / 3), 80, true);
             let live =
                 RefineOptions { steps: t / 10, part: (3 * t + 1) % 8, ..RefineOptions::live() };
-            let refined = pool.install(|| refiner.resume(&mut mesh, &frame, &live, None));
+            let refined = pool.install(|| refiner.frame(&mut mesh, &frame, &live, None));
             (refined, mesh.clone())
         });
         course.collect::<Vec<_>>()
@@ -150,9 +156,9 @@ fn noise_moves_nothing() {
         let noisy = |t: u32| with_noise(&clean, 2.0, t + 100 * seed as u32);
         let mut mesh = scattered(size, 160);
         let mut refiner = Refiner::default();
-        refiner.refine(&mut mesh, &noisy(0), &RefineOptions::normal());
+        refiner.still(&mut mesh, &noisy(0), &RefineOptions::normal(), None);
         for t in 1..30 {
-            let refined = refiner.resume(&mut mesh, &noisy(t), &RefineOptions::live(), None);
+            let refined = refiner.frame(&mut mesh, &noisy(t), &RefineOptions::live(), None);
             let changes = refined.moved + refined.flipped + refined.replaced.len();
             assert!(t < 10 || changes == 0, "picture {seed}, frame {t}: {refined:?}");
         }
@@ -166,9 +172,9 @@ fn a_change_wakes_its_surroundings() {
     let frame = picture(size, 4, 0, true);
     let mut mesh = scattered(size, 160);
     let mut refiner = Refiner::default();
-    refiner.refine(&mut mesh, &frame, &RefineOptions::normal());
+    refiner.still(&mut mesh, &frame, &RefineOptions::normal(), None);
     for _ in 0..12 {
-        refiner.resume(&mut mesh, &frame, &RefineOptions::live(), None);
+        refiner.frame(&mut mesh, &frame, &RefineOptions::live(), None);
     }
     let mut pixels = frame.pixels().to_vec();
     for y in 90..110 {
@@ -179,16 +185,16 @@ fn a_change_wakes_its_surroundings() {
     let changed = Frame::new(size, pixels).expect("a small frame");
     let before = mesh.clone();
     let live = RefineOptions { replace: 0.0, ..RefineOptions::live() };
-    let refined = refiner.resume(&mut mesh, &changed, &live, None);
+    let refined = refiner.frame(&mut mesh, &changed, &live, None);
     assert!(refined.moved > 0);
     for (a, b) in before.vertices.iter().zip(&mesh.vertices).filter(|(a, b)| a != b) {
         assert!(a.x > 80 * SUBPIXEL && a.y > 50 * SUBPIXEL, "{a:?} went to {b:?}");
     }
 }
 
-/// What is lowered with an echo: squared error and squared flicker together.
+/// What is lowered with an residual: squared error and squared flicker together.
 #[test]
-fn an_echo_lowers_flicker() {
+fn an_residual_lowers_flicker() {
     let size = Size::new(160, 120);
     let clean = picture(size, 4, 0, true);
     // Squares of 16 pixels that grow lighter and darker: edges that are gone in the next frame.
@@ -205,16 +211,19 @@ fn an_echo_lowers_flicker() {
     let changes = |coherence: f64| {
         let mut mesh = scattered(size, 200);
         let mut refiner = Refiner::default();
-        refiner.refine(&mut mesh, &frames[0], &RefineOptions::normal());
+        refiner.still(&mut mesh, &frames[0], &RefineOptions::normal(), None);
         let mut painter = Painter::new(&Options::default());
-        let mut echo = None;
+        let mut residual = None;
         let mut flicker = 0.0;
         let mut last: Option<(Frame, &Frame)> = None;
         for frame in &frames {
-            refiner.resume(&mut mesh, frame, &RefineOptions::live(), echo.take());
+            refiner.frame(&mut mesh, frame, &RefineOptions::live(), residual.take());
             assert_eq!(mesh.check(), Ok(()));
-            let brief = Brief { call: refiner.call(coherence), ..Brief::default() };
-            let painted = painter.paint(&mesh, frame, 1, brief, |told| echo = told).frame;
+            let hints = PaintHints {
+                residual: ResidualRequest::new(coherence, refiner.take_buffers()),
+                ..PaintHints::default()
+            };
+            let painted = painter.paint(&mesh, frame, 1, hints, |told| residual = told).frame;
             if let Some((before, source)) = &last {
                 let all = painted.pixels().iter().zip(before.pixels());
                 let all = all.zip(frame.pixels().iter().zip(source.pixels())).flat_map(
@@ -232,5 +241,5 @@ fn an_echo_lowers_flicker() {
         flicker
     };
     let (without, with) = (changes(0.0), changes(1.0));
-    assert!(with < without, "{with} with an echo, {without} without");
+    assert!(with < without, "{with} with an residual, {without} without");
 }

@@ -1,4 +1,4 @@
-//! The way out: pictures are written, and the observer hears of it.
+//! The encode stage: pictures are written, and their reports go to the observer.
 
 use crossbeam_channel::{Receiver, Sender};
 
@@ -10,48 +10,48 @@ use crate::stage::Stage;
 use super::admission::Stop;
 use super::hop::Painted;
 use super::report::{Ending, FrameReport};
-use super::station::Clock;
+use super::worker::StageTimer;
 
-/// The sink, and the ways from it.
-pub(super) struct Delivery<'a> {
+/// The sink, and the channels from it.
+pub(super) struct SinkLoop<'a> {
     /// Where pictures are written.
     pub(super) sink: Box<dyn Sink>,
-    /// The way to the observer.
-    pub(super) tell: Sender<FrameReport>,
-    /// The memory of pictures that have been written, on their way back to the rasteriser.
-    pub(super) return_canvas: Sender<Buffers>,
-    /// The user's wish to stop.
+    /// To the observer.
+    pub(super) reports: Sender<FrameReport>,
+    /// Takes the buffers of pictures that have been written back to the rasteriser.
+    pub(super) buffers: Sender<Buffers>,
+    /// The user's request to stop.
     pub(super) stop: &'a Stop,
     /// Whether an input that breaks off still gives an output, of the frames before.
     pub(super) keep_truncated: bool,
 }
 
-impl Delivery<'_> {
-    /// Writes all pictures. The sink is finished unless an error comes in, or out of it.
+impl SinkLoop<'_> {
+    /// Writes all pictures. The sink is finished unless an error comes in, or comes out of it.
     pub(super) fn run(mut self, inbox: Receiver<Result<Painted>>) -> Result<Ending> {
-        let mut clock = Clock::new(Stage::Encode);
+        let mut timer = StageTimer::new(Stage::Encode);
         let mut written = 0u64;
         for hop in inbox {
             let Painted { mut report, picture, origin, .. } = match hop {
-                Ok(hop) if hop.rehearsal => continue,
+                Ok(hop) if hop.is_warmup => continue,
                 Ok(hop) => hop,
                 Err(error) if self.keep_truncated && written > 0 && is_truncation(&error) => {
                     return self.finish(Ending::Truncated(error));
                 }
                 Err(error) => return Err(error),
             };
-            let written_out =
-                clock.time(Stage::Encode, &mut report, || self.sink.write(picture, origin));
-            let canvas = match written_out {
+            let sink = &mut self.sink;
+            let result = timer.time(Stage::Encode, &mut report, || sink.write(picture, origin));
+            let buffers = match result {
                 Err(Error::Closed) => return Ok(Ending::Closed),
                 done => done?,
             };
             written += 1;
-            if !canvas.is_empty() {
-                // Without room the rasteriser has enough of them: then it is let go.
-                let _ = self.return_canvas.try_send(canvas);
+            if !buffers.is_empty() {
+                // Where there is no room the rasteriser has enough: then these are dropped.
+                let _ = self.buffers.try_send(buffers);
             }
-            if self.tell.send(report).is_err() {
+            if self.reports.send(report).is_err() {
                 // The caller's thread is unwinding; the sink goes unfinished, as in any failure.
                 return Ok(Ending::Stopped);
             }
@@ -72,7 +72,7 @@ impl Delivery<'_> {
     }
 }
 
-/// Whether `error` says that the input broke off, rather than that we failed.
+/// Whether `error` means that the input was cut short, rather than that a stage failed.
 fn is_truncation(error: &Error) -> bool {
     matches!(error, Error::Input { .. } | Error::Frame { stage: Stage::Decode, .. })
 }

@@ -1,5 +1,6 @@
 //! Refinement to a likeness in place of a number of steps, and the fewest points that reach it.
 
+use super::mesh::Observer;
 use crate::error::{Error, Result};
 use crate::feature::Features;
 use crate::frame::Frame;
@@ -41,8 +42,8 @@ impl Goal {
     }
 }
 
-/// Refines `mesh` anew until its rendering is as like `frame` as the `goal` asks, or `plan` ends. `seen` is
-/// shown the squared error before every step.
+/// Refines `mesh` anew until its rendering is as like `frame` as the `goal` asks, or `plan` ends. `observer`
+/// is shown the mesh and its squared error before every step.
 ///
 /// # Errors
 /// When the likeness cannot be measured on a frame of this size.
@@ -52,7 +53,7 @@ pub(super) fn reach(
     mesh: &mut Mesh,
     frame: &Frame,
     plan: &RefineOptions,
-    seen: &mut (dyn FnMut(f64) + Send),
+    observer: Observer<'_>,
 ) -> Result<Refined> {
     let Goal { target, edges } = goal;
     let source = over_white(frame);
@@ -60,7 +61,7 @@ pub(super) fn reach(
     let least = if edges == Edges::Smooth { LEFT_WHERE_SMOOTH } else { 1.0 };
     let mut failure = None;
     let mut watch = |mesh: &Mesh, error: f64| {
-        seen(error);
+        observer(mesh, error);
         // Rounding the colours only adds to their error: most steps need not be painted.
         if let Target::Psnr(db) = target
             && frame.is_opaque()
@@ -76,7 +77,7 @@ pub(super) fn reach(
             }
         }
     };
-    let mut refined = refiner.refine_while(mesh, frame, plan, &mut watch);
+    let mut refined = refiner.still(mesh, frame, plan, Some(&mut watch));
     if let Some(error) = failure {
         return Err(error);
     }
@@ -111,7 +112,8 @@ pub(super) fn fewest(
         let mut mesh = triangulate(frame.size(), &seeds)?;
         let plan = RefineOptions::fresh(&options);
         // A refiner of its own: what it has learnt of another mesh must not count.
-        let refined = reach(goal, &mut Refiner::default(), &mut mesh, frame, &plan, &mut |_| ())?;
+        let refined =
+            reach(goal, &mut Refiner::default(), &mut mesh, frame, &plan, &mut |_, _| ())?;
         Ok(refined.likeness.unwrap_or(f64::NEG_INFINITY))
     };
     let target = goal.target;

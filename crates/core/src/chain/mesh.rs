@@ -1,0 +1,223 @@
+//! Sampling, triangulation and refinement. They share one thread, because the mesh that a frame ends with is the
+//! one that the next frame starts from.
+
+use super::StageProbe;
+use super::goal::{Goal, fewest, reach};
+use crate::error::Result;
+use crate::feature::Features;
+use crate::frame::Frame;
+use crate::geom::Size;
+use crate::mesh::Mesh;
+use crate::options::{Detail, Options, Points};
+use crate::rasterise::PaintHints;
+use crate::refine::{RefineOptions, Refined, Refiner};
+use crate::residual::{Residual, ResidualRequest};
+use crate::sample::{Life, Sampler, Start};
+use crate::stage::Stage;
+use crate::triangulate::triangulate;
+
+/// What the mesh stage makes of a frame.
+#[derive(Debug)]
+pub struct Meshed {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// Whether its seeds were chosen afresh, rather than carried from the frame before.
+    pub is_fresh: bool,
+    /// How its seeds came to be.
+    pub life: Life,
+    /// What refinement did; its fills are in the `hints`.
+    pub refined: Refined,
+    /// For the paint stage.
+    pub hints: PaintHints,
+}
+
+/// Is shown the mesh and its squared error, see [`Refined::error_before`], before every step of refinement.
+pub type Observer<'a> = &'a mut (dyn FnMut(&Mesh, f64) + Send);
+
+/// The middle of the chain: chooses seeds, or carries those of the last frame, and refines their mesh.
+#[derive(Debug)]
+pub struct MeshStage {
+    /// As they were asked for.
+    requested: Options,
+    /// The same with [`Points::Auto`] as the number that was found.
+    options: Options,
+    sampler: Sampler,
+    refiner: Refiner,
+    /// Whether a frame was refined already: then this is no still.
+    has_begun: bool,
+}
+
+impl MeshStage {
+    /// A stage for one stream of frames.
+    pub fn new(options: &Options) -> Self {
+        Self {
+            requested: options.clone(),
+            options: options.clone(),
+            sampler: Sampler::new(options),
+            refiner: Refiner::default(),
+            has_begun: false,
+        }
+    }
+
+    /// Changes the options from the next frame on, see [`Sampler::retune`]. A number found for
+    /// [`Points::Auto`] stays as long as what it was found for.
+    pub fn retune(&mut self, options: &Options) {
+        let keeps_seeds = options.keeps_seeds_of(&self.requested);
+        let points = if keeps_seeds { self.options.points } else { options.points };
+        self.requested = options.clone();
+        self.options = Options { points, ..options.clone() };
+        self.sampler.retune(&self.options);
+    }
+
+    /// Takes back a mesh that is no longer needed: see [`Sampler::recycle`].
+    pub fn recycle(&mut self, mesh: Mesh) {
+        self.sampler.recycle(mesh);
+    }
+
+    /// Steps of refinement that the options ask for on a frame of `size`, with a fresh mesh or with one that
+    /// lives on.
+    pub fn requested_steps(&self, is_fresh: bool, size: Size) -> u32 {
+        self.plan(is_fresh, size).steps
+    }
+
+    /// The mesh of the next `frame`, at the cost of `detail`. `last` is called once, after the triangulation
+    /// and outside of any stage, for the residual of the frame before; it may wait until that is painted.
+    ///
+    /// # Errors
+    /// When [`Options::error`] cannot be measured on a frame of this size, or no number of points reaches it.
+    pub fn run(
+        &mut self,
+        features: &Features,
+        frame: &Frame,
+        detail: &Detail,
+        last: impl FnOnce() -> Option<Residual>,
+        probe: &mut impl StageProbe,
+    ) -> Result<Meshed> {
+        self.build(features, frame, detail, last, None, probe)
+    }
+
+    /// As [`MeshStage::run`] for a still at full detail. Shows `observer` the mesh and its error before every
+    /// step; where the options ask for no step, once.
+    ///
+    /// # Errors
+    /// As [`MeshStage::run`].
+    pub fn run_observed(
+        &mut self,
+        features: &Features,
+        frame: &Frame,
+        observer: Observer<'_>,
+    ) -> Result<Meshed> {
+        self.build(features, frame, &Detail::FULL, || None, Some(observer), &mut ())
+    }
+
+    fn build(
+        &mut self,
+        features: &Features,
+        frame: &Frame,
+        detail: &Detail,
+        last: impl FnOnce() -> Option<Residual>,
+        observer: Option<Observer<'_>>,
+        probe: &mut impl StageProbe,
+    ) -> Result<Meshed> {
+        let start = probe.stage(Stage::Sample, || self.sample(features, frame, detail))?;
+        let (mut mesh, is_fresh) = probe.stage(Stage::Triangulate, || first_mesh(frame, start))?;
+        let residual = last();
+        probe.stage(Stage::Refine, || {
+            let mut refined = match observer {
+                Some(observer) => self.refine_observed(&mut mesh, frame, observer)?,
+                None if is_fresh => self.refine_fresh(&mut mesh, frame, detail, residual)?,
+                None => self.refine_next(&mut mesh, frame, detail, residual),
+            };
+            let life = self.sampler.remember(&mesh, is_fresh, &refined.replaced);
+            let fills = std::mem::take(&mut refined.fills);
+            // Where the means are known the frame is opaque, and the next one is likely to take steps too.
+            let residual = if fills.is_empty() { None } else { self.request_residual() };
+            let hints = PaintHints { is_fresh, fills, residual };
+            Ok(Meshed { mesh, is_fresh, life, refined, hints })
+        })
+    }
+
+    /// Level two: see [`Sampler::sample`]. The first time, [`Points::Auto`] is found and becomes a count.
+    fn sample(&mut self, features: &Features, frame: &Frame, detail: &Detail) -> Result<Start> {
+        if let (Points::Auto, Some(goal)) = (self.options.points, Goal::of(&self.options)) {
+            let count = fewest(&self.options, goal, features, frame)?;
+            self.options.points = Points::Count(count);
+            self.sampler.retune(&self.options);
+        }
+        Ok(self.sampler.sample(features, detail))
+    }
+
+    fn plan(&self, is_fresh: bool, size: Size) -> RefineOptions {
+        if self.has_begun && self.options.coherence == 0.0 {
+            RefineOptions::alone(&self.options, size)
+        } else if is_fresh {
+            RefineOptions::fresh(&self.options)
+        } else {
+            RefineOptions::next(&self.options, size)
+        }
+    }
+
+    /// Level three of a fresh `mesh`. The `residual` is of another mesh: only its buffers are of use.
+    fn refine_fresh(
+        &mut self,
+        mesh: &mut Mesh,
+        frame: &Frame,
+        detail: &Detail,
+        residual: Option<Residual>,
+    ) -> Result<Refined> {
+        if let Some(residual) = residual {
+            self.refiner.recycle(residual.into_buffers());
+        }
+        let plan = self.plan(true, frame.size()).at(detail);
+        self.has_begun = true;
+        match Goal::of(&self.options).filter(|_| plan.passes() > 0) {
+            Some(goal) => reach(goal, &mut self.refiner, mesh, frame, &plan, &mut |_, _| ()),
+            None => Ok(self.refiner.still(mesh, frame, &plan, None)),
+        }
+    }
+
+    /// Level three of a `mesh` that comes from the frame before.
+    fn refine_next(
+        &mut self,
+        mesh: &mut Mesh,
+        frame: &Frame,
+        detail: &Detail,
+        residual: Option<Residual>,
+    ) -> Refined {
+        let plan = self.plan(false, frame.size()).at(detail);
+        self.has_begun = true;
+        self.refiner.frame(mesh, frame, &plan, residual)
+    }
+
+    /// Level three of a still.
+    fn refine_observed(
+        &mut self,
+        mesh: &mut Mesh,
+        frame: &Frame,
+        observer: Observer<'_>,
+    ) -> Result<Refined> {
+        let plan = RefineOptions::fresh(&self.options);
+        if let Some(goal) = Goal::of(&self.options) {
+            return reach(goal, &mut self.refiner, mesh, frame, &plan, observer);
+        }
+        // A refiner that is asked for no step does not measure the error.
+        let measured = RefineOptions { steps: plan.steps.max(1), ..plan };
+        let mut watch = |mesh: &Mesh, error: f64| {
+            observer(mesh, error);
+            plan.steps > 0
+        };
+        Ok(self.refiner.still(mesh, frame, &measured, Some(&mut watch)))
+    }
+
+    fn request_residual(&mut self) -> Option<ResidualRequest> {
+        ResidualRequest::new(self.options.coherence, self.refiner.take_buffers())
+    }
+}
+
+/// The mesh that refinement starts from, and whether it is fresh.
+fn first_mesh(frame: &Frame, start: Start) -> Result<(Mesh, bool)> {
+    match start {
+        Start::Seeds(seeds) => Ok((triangulate(frame.size(), &seeds)?, true)),
+        Start::Mesh(mesh) => Ok((mesh, false)),
+    }
+}
