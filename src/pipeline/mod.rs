@@ -57,6 +57,9 @@ use worker::StageWorker;
 /// the four channels between them. Two more, painted already, may wait to be filled again.
 pub const IN_FLIGHT: usize = 9;
 
+/// The most threads that [`Settings::threads`] may ask for, for each of the three stages.
+pub const MOST_THREADS: usize = 256;
+
 /// Frames that wait in a channel.
 const CAPACITY: usize = 1;
 
@@ -114,6 +117,9 @@ pub fn run(
     observer: &mut dyn Observer,
     stop: &Stop,
 ) -> Result<Summary> {
+    if settings.threads.is_some_and(|threads| threads.get() > MOST_THREADS) {
+        return Err(Error::usage(format!("a stage can have 1 to {MOST_THREADS} threads")));
+    }
     let controls = match &settings.controls {
         Some(controls) => controls.clone(),
         None => Controls::new(settings.options.clone())?,
@@ -225,7 +231,7 @@ fn spawn<'s, T: Send + 's>(
     thread::Builder::new()
         .name(name.to_owned())
         .spawn_scoped(scope, job)
-        .map_err(|error| Error::usage(format!("the {name} thread cannot be had: {error}")))
+        .map_err(|error| Error::thread(name, error))
 }
 
 /// What the thread returned; its panic goes on here.

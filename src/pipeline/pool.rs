@@ -27,8 +27,7 @@ impl Pool {
             .thread_name(|n| format!("inside-{n}"))
             .use_current_thread()
             .build();
-        pool.map(Self)
-            .map_err(|error| Error::usage(format!("{threads} threads cannot be had: {error}")))
+        pool.map(Self).map_err(|error| Error::thread("inside-frame", error))
     }
 
     /// Does `job` on the calling thread, which must be [the one that made the pool](Self::with_this_thread),

@@ -58,7 +58,7 @@ impl SinkLoop<'_> {
         }
         match (written, self.stop.is_requested()) {
             (0, true) => Ok(Ending::Stopped),
-            (0, false) => Err(Error::usage("there are no frames to render")),
+            (0, false) => Err(Error::NoFrames),
             (_, true) => self.finish(Ending::Stopped),
             (_, false) => self.finish(Ending::Complete),
         }

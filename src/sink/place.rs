@@ -3,13 +3,14 @@
 //! Whatever is dropped before its `commit` leaves nothing behind.
 
 use std::fs::{self, File};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile, TempDir};
 
 use super::SinkOptions;
 use super::unfinished::Unfinished;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, copied};
 use crate::pattern::Pattern;
 
 /// What temporary names begin with; the point hides them.
@@ -33,8 +34,8 @@ impl Place {
     /// missing, or cannot be written to.
     pub fn reserve(output: &Path, options: &SinkOptions) -> Result<Self> {
         check_free(output, options)?;
-        // A link stays a link; what it points to is replaced.
-        let target = fs::canonicalize(output).unwrap_or_else(|_| output.to_owned());
+        // A link stays a link; what it points to is written, whether it is there or not.
+        let target = follow_links(output)?;
         check_folder(output, folder_of(&target))?;
         Self::beside(output.to_owned(), target, options.overwrite)
     }
@@ -53,10 +54,13 @@ impl Place {
             named.extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
         let mut builder = Builder::new();
         builder.prefix(PREFIX).suffix(&suffix);
-        // The usual rights of a new file, less what the user's mask takes away.
+        // Those of the file that is replaced, or those of any new file; the user's mask is taken off.
         #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let file = builder.tempfile_in(folder).map_err(|e| unwritable(&named, folder, &e))?;
+        builder.permissions(fs::metadata(&target).map_or_else(
+            |_| std::os::unix::fs::PermissionsExt::from_mode(0o666),
+            |there| there.permissions(),
+        ));
+        let file = builder.tempfile_in(folder).map_err(|e| unwritable(&named, folder, e))?;
         let _note = Unfinished::temporary(file.path());
         Ok(Self { named, target, overwrite, file, _note })
     }
@@ -78,20 +82,25 @@ impl Place {
 
     /// An error of writing to it.
     pub fn failed(&self, error: &std::io::Error) -> Error {
-        Error::output(&self.named, format!("cannot be written: {error}"))
+        Error::output(&self.named, format!("cannot be written: {error}")).caused_by(copied(error))
     }
 
-    /// Puts the file in its place.
+    /// Puts the file in its place. One that it replaces hands its permissions on.
     ///
     /// # Errors
     /// When that fails, or something has come to stand there meanwhile and may not be overwritten.
     pub fn commit(self) -> Result<()> {
         let Self { named, target, overwrite, file, _note } = self;
-        let done = if overwrite { file.persist(target) } else { file.persist_noclobber(target) };
+        let done = if overwrite {
+            keep_permissions(&target, file.path());
+            file.persist(target)
+        } else {
+            file.persist_noclobber(target)
+        };
         match done {
             Ok(_) => Ok(()),
-            Err(e) if e.error.kind() == std::io::ErrorKind::AlreadyExists => Err(exists(&named)),
-            Err(e) => Err(Error::output(named, format!("cannot be put in its place: {}", e.error))),
+            Err(e) if e.error.kind() == io::ErrorKind::AlreadyExists => Err(exists(&named)),
+            Err(e) => Err(misplaced(&named, e.error)),
         }
     }
 }
@@ -142,11 +151,17 @@ impl Series {
         let mut made = None;
         if make && !folder.exists() {
             check_folder(&folder, folder_of(&folder))?;
-            fs::create_dir(&folder).map_err(|e| unwritable(&folder, folder_of(&folder), &e))?;
-            made = Some(Made { path: folder.clone(), _note: Unfinished::folder(&folder) });
+            match fs::create_dir(&folder) {
+                Ok(()) => {
+                    made = Some(Made { path: folder.clone(), _note: Unfinished::folder(&folder) });
+                }
+                // Another run was faster.
+                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(e) => return Err(unwritable(&folder, folder_of(&folder), e)),
+            }
         }
         check_folder(&first, &folder)?;
-        let entries = fs::read_dir(&folder).map_err(|e| unwritable(&first, &folder, &e))?;
+        let entries = fs::read_dir(&folder).map_err(|e| unwritable(&first, &folder, e))?;
         for entry in entries.flatten() {
             let path = if first.parent().is_some_and(|p| p.as_os_str().is_empty()) {
                 PathBuf::from(entry.file_name())
@@ -160,7 +175,7 @@ impl Series {
         let waiting = Builder::new()
             .prefix(PREFIX)
             .tempdir_in(&folder)
-            .map_err(|e| unwritable(&first, &folder, &e))?;
+            .map_err(|e| unwritable(&first, &folder, e))?;
         let overwrite = options.overwrite;
         let _note = Unfinished::temporary(waiting.path());
         Ok(Self { pattern, folder, overwrite, written: 0, waiting, made, _note })
@@ -185,7 +200,7 @@ impl Series {
         let named = self.pattern.name(self.written);
         match File::create(self.waiting_path(&named)) {
             Ok(file) => Ok((file, named)),
-            Err(e) => Err(Error::output(named, format!("cannot be written: {e}"))),
+            Err(e) => Err(Error::output(named, format!("cannot be written: {e}")).caused_by(e)),
         }
     }
 
@@ -193,22 +208,47 @@ impl Series {
     ///
     /// # Errors
     /// When one cannot be put there, or something has come to stand there meanwhile and may not be
-    /// overwritten; the files before it are there.
+    /// overwritten; those that were put in their places are removed again unless they replaced others.
     pub fn commit(mut self) -> Result<()> {
         for number in 1..=self.written {
-            let named = self.pattern.name(number);
-            let name = named.file_name().unwrap_or_default();
-            let target = self.folder.join(name);
-            if !self.overwrite && target.exists() {
-                return Err(exists(&named));
-            }
-            fs::rename(self.waiting_path(&named), target)
-                .map_err(|e| Error::output(&named, format!("cannot be put in its place: {e}")))?;
-            if let Some(made) = self.made.take() {
-                std::mem::forget(made);
+            if let Err(error) = self.place(number) {
+                if !self.overwrite {
+                    (1..number).for_each(|number| {
+                        // What cannot be removed has been complained about: the folder is at fault.
+                        let _ = fs::remove_file(self.pattern.name(number));
+                    });
+                }
+                return Err(error);
             }
         }
+        if let Some(made) = self.made.take() {
+            std::mem::forget(made);
+        }
         Ok(())
+    }
+
+    /// Puts file `number` in its place.
+    fn place(&self, number: u64) -> Result<()> {
+        let named = self.pattern.name(number);
+        let target = self.folder.join(named.file_name().unwrap_or_default());
+        let waiting = self.waiting_path(&named);
+        if self.overwrite {
+            keep_permissions(&target, &waiting);
+        } else {
+            // An empty file takes the place: of two runs only one gets it.
+            match File::create_new(&target) {
+                Ok(_) => {}
+                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => return Err(exists(&named)),
+                Err(e) => return Err(misplaced(&named, e)),
+            }
+        }
+        fs::rename(waiting, &target).map_err(|e| {
+            if !self.overwrite {
+                // The empty one.
+                let _ = fs::remove_file(&target);
+            }
+            misplaced(&named, e)
+        })
     }
 
     fn waiting_path(&self, named: &Path) -> PathBuf {
@@ -262,19 +302,47 @@ fn check_folder(output: &Path, folder: &Path) -> Result<()> {
     match fs::metadata(folder) {
         Ok(there) if there.is_dir() => Ok(()),
         Ok(_) => Err(Error::output(output, format!("{} is not a folder", folder.display()))),
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(Error::output(
-            output,
-            format!("there is no folder {}; make it first", folder.display()),
-        )),
-        Err(e) => Err(unwritable(output, folder, &e)),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => {
+            let what = format!("there is no folder {}; make it first", folder.display());
+            Err(Error::output(output, what).caused_by(e))
+        }
+        Err(e) => Err(unwritable(output, folder, e)),
     }
 }
 
-fn unwritable(output: &Path, folder: &Path, error: &std::io::Error) -> Error {
+/// What `output` leads to through links, the last of which may lead to nothing yet.
+fn follow_links(output: &Path) -> Result<PathBuf> {
+    if let Ok(path) = fs::canonicalize(output) {
+        return Ok(path);
+    }
+    let mut path = output.to_owned();
+    // As many as Linux follows.
+    for _ in 0..40 {
+        let Ok(next) = fs::read_link(&path) else { return Ok(path) };
+        // Of a relative link, the folder that it stands in counts.
+        path = folder_of(&path).join(next);
+    }
+    Err(Error::output(output, "is a link that leads round in a circle"))
+}
+
+/// Gives the file `new` the permissions of the file `old`, which it is about to replace.
+fn keep_permissions(old: &Path, new: &Path) {
+    if let Ok(there) = fs::metadata(old) {
+        // Some file systems have none. The file is written all the same.
+        let _ = fs::set_permissions(new, there.permissions());
+    }
+}
+
+fn misplaced(named: &Path, error: io::Error) -> Error {
+    Error::output(named, format!("cannot be put in its place: {error}")).caused_by(error)
+}
+
+fn unwritable(output: &Path, folder: &Path, error: io::Error) -> Error {
     // The error of a temporary file names that file, which nobody has asked for.
     let why = error.get_ref().and_then(|e| e.source()).map_or(error.to_string(), |e| e.to_string());
     let folder = folder.display();
     Error::output(output, format!("the folder {folder} cannot be written to: {why}"))
+        .caused_by(error)
 }
 
 #[cfg(test)]
@@ -360,6 +428,68 @@ mod tests {
         let options = SinkOptions { overwrite: true, ..SinkOptions::default() };
         Place::reserve(&output, &options).expect("a place").commit().expect("replaced");
         assert_eq!(fs::read(&output).expect("replaced"), b"");
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_link_to_nothing_is_written_through() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().expect("a folder");
+        let link = folder.path().join("link.png");
+        symlink("there.png", &link).expect("a link");
+        for overwrite in [false, true] {
+            let options = SinkOptions { overwrite, ..SinkOptions::default() };
+            Place::reserve(&link, &options).expect("a place").commit().expect("written");
+            assert!(fs::symlink_metadata(&link).expect("a link").is_symlink());
+        }
+        assert_eq!(listed(folder.path()), ["link.png", "there.png"]);
+        symlink("round", folder.path().join("round")).expect("a link");
+        let error = Place::reserve(&folder.path().join("round"), &SinkOptions::default());
+        assert!(error.expect_err("no file").to_string().contains("circle"));
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_file_that_is_replaced_hands_its_mode_on() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().expect("a folder");
+        let options = SinkOptions { overwrite: true, ..SinkOptions::default() };
+        for (name, mode) in [("a.gif", 0o600), ("b.gif", 0o444), ("c.gif", 0o777)] {
+            let output = folder.path().join(name);
+            fs::write(&output, b"x").expect("a file");
+            fs::set_permissions(&output, PermissionsExt::from_mode(mode)).expect("its mode");
+            Place::reserve(&output, &options).expect("a place").commit().expect("replaced");
+            let now = fs::metadata(&output).expect("a file").permissions().mode();
+            assert_eq!(now & 0o777, mode, "{name}");
+        }
+        let first = folder.path().join("0001.png");
+        fs::write(&first, b"x").expect("a file");
+        fs::set_permissions(&first, PermissionsExt::from_mode(0o640)).expect("its mode");
+        let mut series = Series::reserve(numbered(folder.path()), false, &options).expect("places");
+        series.file().expect("a file");
+        series.commit().expect("replaced");
+        assert_eq!(fs::metadata(&first).expect("a file").permissions().mode() & 0o777, 0o640);
+    }
+
+    #[test]
+    fn of_two_series_for_one_place_one_is_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let new = folder.path().join("new");
+        let options = SinkOptions::default();
+        let [mut one, mut other] =
+            [(); 2].map(|()| Series::reserve(numbered(&new), true, &options).expect("a place"));
+        for _ in 0..2 {
+            one.file().expect("a file");
+        }
+        for _ in 0..3 {
+            other.file().expect("a file");
+        }
+        // What came meanwhile is in the way of the third.
+        fs::write(new.join("0003.png"), b"x").expect("a file");
+        other.commit().expect_err("the third is there");
+        assert_eq!(listed(&new).iter().filter(|name| name.ends_with("png")).count(), 1);
+        one.commit().expect("in its place");
+        assert_eq!(listed(&new), ["0001.png", "0002.png", "0003.png"]);
     }
 
     #[test]

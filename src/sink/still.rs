@@ -65,7 +65,7 @@ impl Encoder {
         let mut out = BufWriter::with_capacity(1 << 16, file);
         self.encode_to(frame, &mut out)
             .and_then(|()| out.flush().map_err(ImageError::IoError))
-            .map_err(|e| Error::output(named, format!("cannot be written: {e}")))
+            .map_err(|e| Error::output(named, format!("cannot be written: {e}")).caused_by(e))
     }
 
     fn encode_to(

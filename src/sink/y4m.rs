@@ -145,7 +145,7 @@ impl<W: Write + Send> Y4mSink<W> {
     fn told(&self, result: io::Result<()>) -> Result<()> {
         result.map_err(|error| match error.kind() {
             io::ErrorKind::BrokenPipe => Error::Closed,
-            _ => Error::output(&self.path, error.to_string()),
+            _ => Error::output(&self.path, error.to_string()).caused_by(error),
         })
     }
 

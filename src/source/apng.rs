@@ -18,7 +18,7 @@ pub(crate) fn facts(path: &Path) -> Result<Option<Facts>> {
     let mut file = BufReader::new(detect::open(path)?);
     match chunks(&mut file) {
         Ok(facts) => Ok(facts),
-        Err(e) => Err(Error::input(path, format!("cannot be read: {e}"))),
+        Err(e) => Err(Error::input(path, format!("cannot be read: {e}")).caused_by(e)),
     }
 }
 

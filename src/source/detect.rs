@@ -61,7 +61,7 @@ pub(crate) fn detect(path: &Path) -> Result<Kind> {
     open(path)?
         .take(MAGIC as u64)
         .read_to_end(&mut magic)
-        .map_err(|e| Error::input(path, format!("cannot be read: {e}")))?;
+        .map_err(|e| Error::input(path, format!("cannot be read: {e}")).caused_by(e))?;
     if magic.is_empty() {
         return Err(Error::input(path, "the file is empty; expected a picture or a video"));
     }
@@ -85,7 +85,7 @@ fn is_pipe(_path: &Path) -> bool {
 /// # Errors
 /// When it is missing, unreadable, or a folder.
 pub(crate) fn open(path: &Path) -> Result<File> {
-    let file = File::open(path).map_err(|e| Error::input(path, why(&e)))?;
+    let file = File::open(path).map_err(|e| Error::input(path, why(&e)).caused_by(e))?;
     let folder = file.metadata().is_ok_and(|m| m.is_dir());
     if folder {
         return Err(Error::input(path, "is a folder, where a file is expected"));

@@ -74,8 +74,10 @@ fn number<'a>(text: &mut &'a [u8]) -> &'a [u8] {
 /// The pictures in a folder: files that hold one, and files that are called one (so that a broken
 /// one is noticed). Hidden files are passed over.
 fn folder(path: &Path) -> Result<Vec<PathBuf>> {
-    let unreadable =
-        |e| Error::input(path, format!("the folder cannot be read: {e}; check its permissions"));
+    let unreadable = |e| {
+        Error::input(path, format!("the folder cannot be read: {e}; check its permissions"))
+            .caused_by(e)
+    };
     let mut files = Vec::new();
     for entry in std::fs::read_dir(path).map_err(unreadable)? {
         let entry = entry.map_err(unreadable)?;

@@ -133,8 +133,8 @@ fn same_size(path: &Path, number: u64, size: Size, first: &Path, expected: Size)
 /// An error about a file with the frame's number.
 fn at_frame(error: Error, number: u64) -> Error {
     match error {
-        Error::Input { path, frame: None, what } => {
-            Error::Input { path, frame: Some(number), what }
+        Error::Input { path, frame: None, what, cause } => {
+            Error::Input { path, frame: Some(number), what, cause }
         }
         other => other,
     }

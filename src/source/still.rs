@@ -37,7 +37,7 @@ pub(crate) fn header(path: &Path, format: ImageFormat) -> Result<Header> {
     }
     let mut start = Vec::new();
     let file = detect::open(path)?;
-    let unreadable = |e| Error::input(path, format!("cannot be read: {e}"));
+    let unreadable = |e| Error::input(path, format!("cannot be read: {e}")).caused_by(e);
     (&file).take(JPEG_HEADER).read_to_end(&mut start).map_err(unreadable)?;
     if let Ok(mut decoder) = decoder(path, Cursor::new(&start), format) {
         return header_of(path, &mut decoder);
@@ -71,7 +71,8 @@ pub(crate) fn decode_part(path: &Path, format: ImageFormat) -> Result<(Frame, Op
         return Ok((frame, error.or_else(end)));
     }
     let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).map_err(|e| Error::input(path, format!("cannot be read: {e}")))?;
+    file.read_to_end(&mut bytes)
+        .map_err(|e| Error::input(path, format!("cannot be read: {e}")).caused_by(e))?;
     let (frame, error) = decoded(path, decoder(path, Cursor::new(&bytes), format)?, format)?;
     // The decoder fills up what is missing with gray and says nothing.
     let missing = error.is_none() && !jpeg::is_complete(&bytes);

@@ -22,7 +22,7 @@ const ALPHA: u8 = 0x10;
 /// When it cannot be read.
 pub(crate) fn facts(path: &Path) -> Result<Option<Facts>> {
     let file = detect::open(path)?;
-    let unreadable = |e| Error::input(path, format!("cannot be read: {e}"));
+    let unreadable = |e| Error::input(path, format!("cannot be read: {e}")).caused_by(e);
     let length = file.metadata().map_err(unreadable)?.len();
     chunks(&mut BufReader::new(file), length).map_err(unreadable)
 }
@@ -34,7 +34,7 @@ pub(crate) fn facts(path: &Path) -> Result<Option<Facts>> {
 /// When it cannot be read.
 pub(crate) fn is_complete(path: &Path) -> Result<bool> {
     let mut file = detect::open(path)?;
-    let unreadable = |e| Error::input(path, format!("cannot be read: {e}"));
+    let unreadable = |e| Error::input(path, format!("cannot be read: {e}")).caused_by(e);
     let length = file.metadata().map_err(unreadable)?.len();
     let mut start = [0; 8];
     Ok(fill(&mut file, &mut start).map_err(unreadable)? && length >= file_end(&start))

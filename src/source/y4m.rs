@@ -132,8 +132,9 @@ impl<R: Read> Y4mSource<R> {
         if nothing {
             return Err(fail("nothing came in; expected y4m video".into()));
         }
-        let line = read_line(&mut input)
-            .map_err(|error| fail(format!("the y4m header cannot be read: {error}; {CURE}")))?;
+        let line = read_line(&mut input).map_err(|error| {
+            fail(format!("the y4m header cannot be read: {error}; {CURE}")).caused_by(error)
+        })?;
         let header = parse(&line).map_err(&fail)?;
         let size = square(header.layout.size, header.aspect);
         check_size(header.layout.size).map_err(|error| fail(error.to_string()))?;
@@ -172,7 +173,8 @@ impl<R: Read> Y4mSource<R> {
     /// Reads the planes of the next frame; false at the end.
     fn read_planes(&mut self) -> Result<bool> {
         let fail = |what: String| Error::input_frame(&self.path, self.count, what);
-        let cut = |error: io::Error| fail(format!("the stream is cut short: {error}"));
+        let cut =
+            |error: io::Error| fail(format!("the stream is cut short: {error}")).caused_by(error);
         if self.input.fill_buf().map_err(cut)?.is_empty() {
             return Ok(false);
         }

@@ -303,15 +303,20 @@ impl Options {
         check_range("entropy-radius", self.entropy_radius, 1, 32)?;
         check_range("diffusion-iterations", self.diffusion_iterations, 0, 1000)?;
         let (kappa, gamma) = (self.diffusion_kappa, self.diffusion_gamma);
-        if !(kappa > 0.0 && kappa <= 1000.0) {
-            return Err(out_of_range("diffusion-kappa", kappa, "above 0 and at most 1000"));
+        if !(TINIEST..=1000.0).contains(&kappa) {
+            let range = format!("{TINIEST:e} to 1000");
+            return Err(out_of_range("diffusion-kappa", format!("{kappa:e}"), range));
         }
-        if !(gamma > 0.0 && gamma <= 0.25) {
-            return Err(out_of_range("diffusion-gamma", gamma, "above 0 and at most 0.25"));
+        if !(TINIEST..=0.25).contains(&gamma) {
+            let range = format!("{TINIEST:e} to 0.25");
+            return Err(out_of_range("diffusion-gamma", format!("{gamma:e}"), range));
         }
         Ok(())
     }
 }
+
+/// The smallest value of what is used as a float of 32 bits and has to be above 0 as one.
+const TINIEST: f64 = 1e-30;
 
 fn check_range(name: &str, value: u32, least: u32, most: u32) -> Result<()> {
     if (least..=most).contains(&value) {
@@ -379,6 +384,9 @@ mod tests {
         assert!(said(Options { entropy_radius: 0, ..base() }).contains("entropy-radius"));
         assert!(said(Options { diffusion_kappa: f64::NAN, ..base() }).contains("diffusion-kappa"));
         assert!(said(Options { diffusion_gamma: 0.3, ..base() }).contains("diffusion-gamma"));
+        // Above 0, but not in 32 bits.
+        assert!(said(Options { diffusion_kappa: 1e-60, ..base() }).contains("diffusion-kappa"));
+        assert!(said(Options { diffusion_gamma: 1e-60, ..base() }).contains("diffusion-gamma"));
         let percentiles = CellPercentiles { high: 20.0, medium: 30.0 };
         assert!(said(Options { percentiles, ..base() }).contains("percentiles"));
         let thresholds = Thresholds { high: 0.1, medium: 0.2, low: 0.0 };

@@ -1,6 +1,9 @@
 //! Times and rates as people write them, read exactly.
 
+use std::num::NonZeroUsize;
+
 use polyreel::frame::Rational;
+use polyreel::pipeline::MOST_THREADS;
 
 /// Digits after the point that are read: nanoseconds.
 const DIGITS: usize = 9;
@@ -22,6 +25,12 @@ fn decimal(text: &str) -> Option<Rational> {
     let number = |s: &str| if s.is_empty() { Some(0) } else { s.parse::<i64>().ok() };
     let num = number(whole)?.checked_mul(scale)?.checked_add(number(part)?)?;
     Some(Rational::new(num, scale))
+}
+
+/// A number of threads.
+pub(crate) fn threads(text: &str) -> Result<NonZeroUsize, String> {
+    let number = text.parse().ok().filter(|number: &NonZeroUsize| number.get() <= MOST_THREADS);
+    number.ok_or_else(|| format!("'{text}' is not a number of threads: 1 to {MOST_THREADS}"))
 }
 
 /// A moment: seconds (`90`, `1.5`, `1.5s`), milliseconds (`500ms`), or `[hours:]minutes:seconds`.

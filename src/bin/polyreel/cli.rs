@@ -246,8 +246,8 @@ impl VideoArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Run")]
 pub(crate) struct RunArgs {
-    /// Threads that work inside a frame; the bytes are the same for any number [default: one a core]
-    #[arg(long, value_name = "N")]
+    /// Threads that work inside a frame; the bytes are the same for any number [default: one a core; at most 256]
+    #[arg(long, value_name = "N", value_parser = amount::threads)]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Time for each frame, 16ms, 0.5s, or auto: as long as a frame of the source is shown. Detail is
     /// chosen so that every stage keeps within it; spare time goes to refinement, up to --refine

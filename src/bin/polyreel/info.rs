@@ -10,7 +10,7 @@ use polyreel::stream::{Loops, StreamInfo};
 
 use crate::cli::InfoArgs;
 use crate::interrupt::Interrupt;
-use crate::{Outcome, print};
+use crate::{Outcome, print, terminal};
 
 /// Prints what the input's headers tell.
 pub(crate) fn info(args: &InfoArgs) -> Result<Outcome> {
@@ -21,7 +21,7 @@ pub(crate) fn info(args: &InfoArgs) -> Result<Outcome> {
     let text = if args.json {
         let report = InputReport::new(&args.input.inputs, info);
         let json = serde_json::to_string_pretty(&report).expect("plain data becomes JSON");
-        format!("{json}\n")
+        format!("{}\n", terminal::escape_json(&json))
     } else {
         table(&info)
     };
@@ -46,7 +46,7 @@ fn table(info: &StreamInfo) -> String {
     let colour = info.colour.as_ref().map(|colour| ("colour", tags(colour)));
     rows.iter().chain(&colour).fold(String::new(), |mut text, (name, value)| {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{name:<9} {value}");
+        let _ = writeln!(text, "{name:<9} {}", terminal::escape(value));
         text
     })
 }

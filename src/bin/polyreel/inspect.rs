@@ -121,7 +121,7 @@ fn course(options: &Options, features: &Features, frame: &Frame) -> Result<Cours
     if let (Some(target), Some(likeness)) = (options.error, refined.likeness)
         && let Some(warning) = fell_short(target, u64::from(likeness < target.value()), likeness)
     {
-        eprintln!("polyreel: warning: {warning}");
+        crate::terminal::warn(warning);
     }
     let points = Points::Count(u32::try_from(before.seeds().len()).unwrap_or(u32::MAX));
     let grid = match options.points {

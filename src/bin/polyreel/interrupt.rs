@@ -1,11 +1,24 @@
-//! Ctrl-C: the first asks for a shorter output, the second ends the program at once. Before there is
-//! anything to shorten, the first does.
+//! Signals. The first Ctrl-C asks for a shorter output, the second ends the program at once. Before there
+//! is anything to shorten, the first does.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use polyreel::pipeline::Stop;
 use polyreel::{sink, source};
+
+/// Makes a file that grows beyond the system's limit (`ulimit -f`) an error of writing to it, in place of
+/// a signal that ends the program and leaves unfinished files. Programs that this one starts are not
+/// affected.
+#[cfg(unix)]
+pub(crate) fn survive_file_limit() {
+    let nobody_asks = Arc::new(AtomicBool::new(false));
+    // Without a handler the program ends at the limit, as the system has it.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, nobody_asks);
+}
+
+#[cfg(not(unix))]
+pub(crate) fn survive_file_limit() {}
 
 /// Whether Ctrl-C was pressed, and whether that is enough to end the program.
 #[derive(Clone, Debug, Default)]

@@ -199,9 +199,10 @@ fn preset(name: &str) -> Result<Options> {
     }
     let wrong = |what: String| Error::input(path, what);
     let mut text = String::new();
-    let file = File::open(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
+    let file = File::open(path)
+        .map_err(|error| wrong(format!("cannot be read: {error}")).caused_by(error))?;
     let read = file.take(MOST_BYTES).read_to_string(&mut text);
-    read.map_err(|error| wrong(format!("is no preset: {error}")))?;
+    read.map_err(|error| wrong(format!("is no preset: {error}")).caused_by(error))?;
     polyreel::preset::from_toml(&text).map_err(|error| wrong(error.to_string()))
 }
 

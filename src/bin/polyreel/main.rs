@@ -6,6 +6,7 @@ mod amount;
 mod budget;
 mod cli;
 mod convergence;
+mod crash;
 mod evaluate;
 #[cfg(target_os = "linux")]
 mod huge_pages;
@@ -26,6 +27,7 @@ mod progress;
 mod record;
 mod render;
 mod scores;
+mod terminal;
 
 use std::process::ExitCode;
 
@@ -47,9 +49,21 @@ enum Outcome {
 }
 
 fn main() -> ExitCode {
+    interrupt::survive_file_limit();
     // A wrong command line ends here, with exit code 2.
-    let cli = Cli::parse();
-    let outcome = match cli.command {
+    let cli = Cli::try_parse().unwrap_or_else(|error| refuse(&error));
+    ExitCode::from(match crash::catch(|| run(cli.command)) {
+        Ok(Outcome::Done) => 0,
+        Ok(Outcome::Interrupted) => 130,
+        Err(error) => {
+            report(&error);
+            if error.is_usage() { 2 } else { 1 }
+        }
+    })
+}
+
+fn run(command: Command) -> Result<Outcome> {
+    match command {
         Command::Render(args) => render::render(&args),
         Command::Preview(args) => preview::preview(&args),
         Command::Evaluate(args) => evaluate::evaluate(&args.settled()),
@@ -58,30 +72,40 @@ fn main() -> ExitCode {
         Command::Presets { name } => presets::presets(name.as_deref()),
         Command::Completions { shell } => manual::completions(shell),
         Command::Man { command } => manual::man(command.as_deref()),
-    };
-    ExitCode::from(match outcome {
-        Ok(Outcome::Done) => 0,
-        Ok(Outcome::Interrupted) => 130,
-        Err(error) => {
-            complain(&error);
-            if error.is_usage() { 2 } else { 1 }
-        }
-    })
+    }
 }
 
-/// The error with all that led to it. A cause that the message before spelt out is not told twice.
-fn complain(error: &Error) {
-    let mut told = in_one_line(error);
-    eprintln!("polyreel: error: {told}");
+/// Ends the program with clap's message about the command line, or with the help that was asked for.
+fn refuse(error: &clap::Error) -> ! {
+    let text = error.to_string();
+    let escaped = text.split('\n').map(terminal::escape).collect::<Vec<_>>().join("\n");
+    if escaped == text {
+        error.exit();
+    }
+    // Styled text cannot be escaped: what styles it looks the same as what has to be.
+    terminal::say_lines(&escaped);
+    std::process::exit(error.exit_code());
+}
+
+/// Says the error with all that led to it. A cause that the message before spelt out is not repeated.
+fn report(error: &Error) {
+    let mut said = in_one_line(error);
+    terminal::say(format_args!("error: {said}"));
     let mut cause = std::error::Error::source(error);
     while let Some(error) = cause {
         let text = in_one_line(error);
-        if !told.contains(&text) {
-            eprintln!("polyreel: because: {text}");
+        if !said.contains(&text) && !is_truncation(error) {
+            terminal::say(format_args!("because: {text}"));
+            said = text;
         }
-        told = text;
         cause = error.source();
     }
+}
+
+/// Whether `cause` says no more than that an input ends early, which the error itself says better.
+fn is_truncation(cause: &(dyn std::error::Error + 'static)) -> bool {
+    let io = cause.downcast_ref::<std::io::Error>();
+    io.is_some_and(|io| io.kind() == std::io::ErrorKind::UnexpectedEof)
 }
 
 /// An error's message without the line breaks that some libraries have in theirs.
@@ -96,7 +120,7 @@ fn print(text: &[u8]) -> Result<Outcome> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Error::output("-", error.to_string()))
+            Err(Error::output("-", error.to_string()).caused_by(error))
         }
         _ => Ok(Outcome::Done),
     }

@@ -27,6 +27,6 @@ pub(crate) fn man(command: Option<&str>) -> Result<Outcome> {
     let mut page = Vec::new();
     clap_mangen::Man::new(subject)
         .render(&mut page)
-        .map_err(|error| Error::output("-", error.to_string()))?;
+        .map_err(|error| Error::output("-", error.to_string()).caused_by(error))?;
     print(&page)
 }

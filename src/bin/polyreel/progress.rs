@@ -8,6 +8,8 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use polyreel::pipeline::{FrameReport, Observer};
 
+use crate::terminal;
+
 /// How often the bar is drawn while no frame comes.
 const TICK: Duration = Duration::from_millis(200);
 
@@ -64,7 +66,8 @@ impl Observer for Progress {
         self.bar.inc(1);
         if self.tell_changes {
             for change in &report.changes {
-                self.bar.suspend(|| eprintln!("polyreel: frame {}: {change}", report.index));
+                self.bar
+                    .suspend(|| terminal::say(format_args!("frame {}: {change}", report.index)));
             }
         }
         if let Some(reports) = &mut self.reports {

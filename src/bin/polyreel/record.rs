@@ -1,19 +1,16 @@
 //! Files that are there when they are complete, or not at all: the one of `--report`, and others.
 
-use std::io::{ErrorKind, Write};
+use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use polyreel::error::{Error, Result};
 use polyreel::pipeline::Report;
-use tempfile::NamedTempFile;
+use polyreel::sink::SinkOptions;
+use polyreel::sink::place::Place;
 
-/// A report to be: a file beside its place, put there when it is complete. Dropped before, it leaves
-/// nothing behind.
+/// A report that is about to be written. Dropped before, it leaves nothing behind.
 #[derive(Debug)]
-pub(crate) struct Record {
-    path: PathBuf,
-    file: NamedTempFile,
-}
+pub(crate) struct Record(Place);
 
 impl Record {
     /// Makes sure, before any work is done, that a report can be written to `path` and is none of the
@@ -25,65 +22,30 @@ impl Record {
                 path.display()
             )));
         }
-        if path.is_dir() {
-            return Err(Error::output(path, "is a folder: name a file for the report"));
-        }
-        Ok(Self { path: path.to_owned(), file: beside(path)? })
+        reserve(path, true).map(Self)
     }
 
     /// Writes `report` and puts it in its place.
     pub(crate) fn write(self, report: &Report) -> Result<()> {
-        let mut json = serde_json::to_vec(report).expect("plain data becomes JSON");
-        json.push(b'\n');
-        complete(self.file, &self.path, &json, true)
+        let mut out = BufWriter::new(self.0.file());
+        let written = serde_json::to_writer(&mut out, report).map_err(std::io::Error::from);
+        let written = written.and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush());
+        // What is left in it after an error is not wanted.
+        drop(out.into_parts());
+        written.map_err(|error| self.0.failed(&error))?;
+        self.0.commit()
     }
 }
 
-/// Writes `bytes` beside `path` and puts them there when all are written.
+/// Writes `bytes` to a new file that is put at `path` when it is complete.
 pub(crate) fn put(path: &Path, bytes: &[u8], overwrite: bool) -> Result<()> {
-    if path.exists() && !overwrite {
-        return Err(there(path));
-    }
-    complete(beside(path)?, path, bytes, overwrite)
+    let place = reserve(path, overwrite)?;
+    place.file().write_all(bytes).map_err(|error| place.failed(&error))?;
+    place.commit()
 }
 
-/// An unfinished file in the folder of `path`.
-fn beside(path: &Path) -> Result<NamedTempFile> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let file = builder().tempfile_in(folder.unwrap_or(Path::new(".")));
-    file.map_err(|error| unwritable(path, &error))
-}
-
-/// Fills the unfinished `file` with `bytes` and puts it in its place.
-fn complete(mut file: NamedTempFile, path: &Path, bytes: &[u8], overwrite: bool) -> Result<()> {
-    let written = file.write_all(bytes).and_then(|()| file.flush());
-    written.map_err(|error| unwritable(path, &error))?;
-    let placed = if overwrite { file.persist(path) } else { file.persist_noclobber(path) };
-    match placed {
-        Ok(_) => Ok(()),
-        Err(failure) if failure.error.kind() == ErrorKind::AlreadyExists => Err(there(path)),
-        Err(failure) => Err(unwritable(path, &failure.error)),
-    }
-}
-
-fn there(path: &Path) -> Error {
-    Error::output(path, "is there already; -y replaces it")
-}
-
-fn unwritable(path: &Path, error: &std::io::Error) -> Error {
-    Error::output(path, format!("cannot be written: {error}"))
-}
-
-/// Readable by whom new files are readable by, where temporary files are the owner's alone.
-fn builder() -> tempfile::Builder<'static, 'static> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".polyreel-report-");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    builder
+fn reserve(path: &Path, overwrite: bool) -> Result<Place> {
+    Place::reserve(path, &SinkOptions { overwrite, ..SinkOptions::default() })
 }
 
 fn same_file(a: &Path, b: &Path) -> bool {

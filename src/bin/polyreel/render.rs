@@ -25,6 +25,7 @@ use crate::interrupt::Interrupt;
 use crate::preview::Beside;
 use crate::progress::Progress;
 use crate::record::Record;
+use crate::terminal;
 
 /// Renders the input to the output.
 pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
@@ -48,10 +49,10 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     sink.needs().adapt(&mut options);
     let mut warnings = sink.warnings().to_vec();
     if !args.run.quiet {
-        warnings.iter().for_each(|warning| eprintln!("polyreel: warning: {warning}"));
+        warnings.iter().for_each(terminal::warn);
     }
     if args.run.verbose {
-        eprintln!("polyreel: {}", settings_line(&options, args));
+        terminal::say(settings_line(&options, args));
     }
     let settings = Settings {
         options: options.clone(),
@@ -80,7 +81,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         && let Some(warning) = fell_short(target, summary.short, least)
     {
         if !args.run.quiet {
-            eprintln!("polyreel: warning: {warning}");
+            terminal::warn(&warning);
         }
         warnings.push(warning);
     }
@@ -186,14 +187,14 @@ fn settings_line(options: &Options, args: &RenderArgs) -> String {
 /// What there is to say on standard error after a run that did not fail.
 fn tell(args: &RenderArgs, info: &StreamInfo, written: &OutputReport, summary: &Summary) {
     if let Ending::Truncated(error) = &summary.ending {
-        eprintln!("polyreel: warning: {error}; the output holds what came before");
+        terminal::warn(format_args!("{error}; the output holds what came before"));
     }
     // A reader who has gone had enough.
     if args.run.quiet || matches!(summary.ending, Ending::Closed) {
         return;
     }
     if args.run.verbose {
-        eprint!("{}", stage_table(summary));
+        terminal::say_lines(&stage_table(summary));
     }
     let frames = match summary.frames {
         1 => "1 frame".to_owned(),
@@ -219,7 +220,7 @@ fn tell(args: &RenderArgs, info: &StreamInfo, written: &OutputReport, summary: &
     if matches!(summary.ending, Ending::Stopped) {
         line += ", stopped early";
     }
-    eprintln!("polyreel: {line}");
+    terminal::say(line);
 }
 
 fn stage_table(summary: &Summary) -> String {

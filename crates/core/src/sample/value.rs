@@ -45,6 +45,11 @@ pub fn value_grid(size: Size, target: usize, min_points: u32, hex_density: Optio
         Some(density) => size.pixels() as f64 * density,
         None => mean * CELL_POINTS.max(f64::from(2 * min_points)),
     };
+    // All that are smaller make the same grid, the finest.
+    area = area.max(f64::MIN_POSITIVE);
+    while 1.05 * area < HexGrid::new(size, 0.0).cell_area() {
+        area *= 1.05;
+    }
     loop {
         let grid = HexGrid::with_cell_area(size, area);
         let cells = counted(&grid);

@@ -8,6 +8,7 @@ use clap::Args;
 use polyreel::options::Method;
 
 use super::InputArgs;
+use crate::amount;
 use crate::look::{LookArgs, methods};
 
 #[derive(Debug, Args)]
@@ -48,8 +49,8 @@ pub(crate) struct EvaluateArgs {
     /// Replace files that are there already
     #[arg(short = 'y', long, help_heading = "Output")]
     pub(crate) overwrite: bool,
-    /// Threads that work inside a frame [default: one a core]
-    #[arg(long, value_name = "N", help_heading = "Run")]
+    /// Threads that work inside a frame [default: one a core; at most 256]
+    #[arg(long, value_name = "N", value_parser = amount::threads, help_heading = "Run")]
     pub(crate) threads: Option<NonZeroUsize>,
     /// Print no tables and no bar
     #[arg(short, long, help_heading = "Run")]

@@ -36,7 +36,7 @@ pub(crate) struct PreviewArgs {
     /// Files play round and round with one mesh anyway; here for whoever knows it from render
     #[arg(long = "loop", help_heading = "Run")]
     pub(crate) looped: bool,
-    /// Threads that work inside a frame [default: one a core]
-    #[arg(long, value_name = "N", help_heading = "Run")]
+    /// Threads that work inside a frame [default: one a core; at most 256]
+    #[arg(long, value_name = "N", value_parser = amount::threads, help_heading = "Run")]
     pub(crate) threads: Option<NonZeroUsize>,
 }

@@ -17,7 +17,7 @@ use polyreel::options::Points;
 use polyreel::source::{self, Input};
 
 use crate::cli::EvaluateArgs;
-use crate::{Outcome, print, record};
+use crate::{Outcome, print, record, terminal};
 
 /// Longest side of a picture on the page: two of them side by side on a small screen.
 const THUMBNAIL: u32 = 360;
@@ -47,7 +47,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs) -> Result<Outcome> {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.get())
             .build_global()
-            .map_err(|error| Error::usage(format!("{threads} threads cannot be had: {error}")))?;
+            .map_err(|error| Error::thread("evaluation", error))?;
     }
     let mut work = Work {
         args,
@@ -63,7 +63,7 @@ pub(crate) fn evaluate(args: &EvaluateArgs) -> Result<Outcome> {
                 return Err(error);
             }
             let message = error.to_string();
-            work.bar.suspend(|| eprintln!("polyreel: warning: {message}; it is passed over"));
+            work.bar.suspend(|| terminal::warn(format_args!("{message}; it is passed over")));
             work.found.failures.push(Failure { path: file.clone(), error: message });
         }
         work.bar.inc(1);

@@ -15,7 +15,7 @@ use super::playback::Deck;
 /// may keep it, which [`polyreel::source::hang_up`] helps.
 ///
 /// # Errors
-/// When there is no thread to be had.
+/// When no thread can be started.
 pub(super) fn spawn(input: Input, allow_truncated: bool, deck: &Arc<Deck>) -> Result<()> {
     let deck = deck.clone();
     let read = move || {
@@ -24,7 +24,7 @@ pub(super) fn spawn(input: Input, allow_truncated: bool, deck: &Arc<Deck>) -> Re
         }
     };
     let spawned = thread::Builder::new().name("feed".to_owned()).spawn(read);
-    spawned.map(|_| ()).map_err(|error| Error::usage(format!("no thread can be had: {error}")))
+    spawned.map(|_| ()).map_err(|error| Error::thread("feed", error))
 }
 
 fn read(mut input: Input, allow_truncated: bool, deck: &Deck) -> Result<()> {
@@ -34,7 +34,7 @@ fn read(mut input: Input, allow_truncated: bool, deck: &Deck) -> Result<()> {
         let source = input.restart()?;
         let fed = read_round(source, from, allow_truncated, deck)?;
         if fed == 0 && from == Rational::ZERO && !deck.looks_away() {
-            return Err(Error::usage("there are no frames to show"));
+            return Err(Error::NoFrames);
         }
         if !rounds && !deck.rest() {
             return Ok(());

@@ -106,7 +106,7 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
             pipeline::run(move || Ok(Box::new(playback)), screen, &settings, observer, stop)
         },
     );
-    recorder.close().iter().for_each(|told| eprintln!("polyreel: {told}"));
+    recorder.close().iter().for_each(crate::terminal::say);
     ended?;
     Ok(if interrupt.happened() { Outcome::Interrupted } else { Outcome::Done })
 }

@@ -80,7 +80,9 @@ fn occluded(frame: &Frame, seed: u64) -> Result<Frame> {
 }
 
 fn compressed(frame: &Frame) -> Result<Frame> {
-    let failed = |error: image::ImageError| Error::usage(format!("the JPEG codec failed: {error}"));
+    let failed = |error: image::ImageError| {
+        Error::failed(format!("the JPEG codec failed: {error}")).caused_by(error)
+    };
     let bytes = jpeg(frame, JPEG_QUALITY).map_err(failed)?;
     let decoded = image::load_from_memory_with_format(&bytes, ImageFormat::Jpeg).map_err(failed)?;
     Ok(Frame::from_image(decoded.to_rgba8())?)

@@ -18,5 +18,5 @@ pub(crate) fn thumbnail(frame: &Frame, longest: u32) -> Result<Vec<u8>> {
         image
     };
     super::disturb::jpeg(&Frame::from_image(small)?, QUALITY)
-        .map_err(|error| Error::usage(format!("the JPEG codec failed: {error}")))
+        .map_err(|error| Error::failed(format!("the JPEG codec failed: {error}")).caused_by(error))
 }
