@@ -16,7 +16,7 @@ pub type Cause = Box<dyn std::error::Error + Send + Sync>;
 /// What led to it is kept as its source: [`Error::io_kind`] tells a file that is missing from a full disk.
 ///
 /// ```
-/// use polyreel::error::Error;
+/// use polyreel::Error;
 /// use std::io;
 ///
 /// let missing = io::Error::from(io::ErrorKind::NotFound);
@@ -70,7 +70,9 @@ pub enum Error {
         source: Cause,
     },
     /// There is not enough memory.
-    #[error("{what}: {bytes} bytes of memory cannot be had; try --max-size")]
+    #[error(
+        "{what} take {bytes} bytes of memory or more, which cannot be had; make them smaller with --max-size"
+    )]
     Memory {
         /// What the memory was for.
         what: String,
@@ -200,18 +202,6 @@ pub(crate) fn copied(error: &io::Error) -> io::Error {
     }
 }
 
-/// An empty buffer with room for `bytes` bytes that are wanted for `what`.
-///
-/// # Errors
-/// [`Error::Memory`] when there is not so much memory.
-pub fn buffer(what: &str, bytes: usize) -> Result<Vec<u8>> {
-    let mut buffer = Vec::new();
-    match buffer.try_reserve_exact(bytes) {
-        Ok(()) => Ok(buffer),
-        Err(_) => Err(Error::Memory { what: what.to_owned(), bytes: bytes as u64 }),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -236,12 +226,5 @@ mod tests {
         assert!(!error.is_usage());
         assert_eq!(error.io_kind(), Some(io::ErrorKind::WouldBlock));
         assert!(error.to_string().starts_with("the mesh thread cannot be started: "), "{error}");
-    }
-
-    #[test]
-    fn memory_that_cannot_be_had_is_an_error() {
-        assert_eq!(buffer("a frame", 10).expect("ten bytes").len(), 0);
-        let error = buffer("a frame", usize::MAX / 2).expect_err("more than there can be");
-        assert!(error.to_string().contains("a frame"), "{error}");
     }
 }

@@ -36,7 +36,7 @@
 //! # Layers
 //!
 //! Modules, lowest first; each uses only those before it, and the engine (checked by a test):
-//! `error`, `stream`, `pattern`, `ffmpeg`, `preset`, `source`, `sink`, `pipeline`
+//! `error`, `memory`, `stream`, `pattern`, `ffmpeg`, `preset`, `source`, `sink`, `pipeline`
 
 // Without `unstable` parts that only the program uses have no user here.
 #![cfg_attr(not(feature = "unstable"), allow(dead_code, unreachable_pub, unused_imports))]
@@ -47,6 +47,7 @@ pub use polyreel_core::unstable::*;
 #[cfg(not(feature = "unstable"))]
 use polyreel_core::unstable::*;
 
+mod memory;
 pub mod preset;
 
 #[cfg(not(feature = "unstable"))]
@@ -86,7 +87,7 @@ pub mod source;
 #[doc(hidden)]
 pub mod stream;
 
-pub use error::{Error, Result};
+pub use error::{Cause, Error, Result};
 pub use pipeline::{
     BudgetReport, Controls, DetailPolicy, Ending, FrameReport, Observer, Settings, StageTimes,
     Stop, Summary, run,

@@ -105,7 +105,7 @@ impl VideoSink {
             Some(sound) => Streams::of(sound, ffmpeg)?,
             None => None,
         };
-        let place = Place::reserve(path, with)?;
+        let place = Place::reserve_named(path, with)?;
         let (picture_args, sound_args) = sound::part(&options.ffmpeg_args);
         let along = streams.as_ref().filter(|streams| streams.go_along());
         let mut args = reading(&tags);

@@ -22,25 +22,46 @@ pub struct Place {
     named: PathBuf,
     target: PathBuf,
     overwrite: bool,
-    file: NamedTempFile,
-    _note: Unfinished,
+    file: Temporary,
+}
+
+/// A file that is not complete yet.
+#[derive(Debug)]
+enum Temporary {
+    /// One without a name: the system removes it, however this process ends.
+    #[cfg(target_os = "linux")]
+    Unnamed(File, PathBuf),
+    Named(NamedTempFile, Unfinished),
 }
 
 impl Place {
-    /// A place for `output`: an empty file beside it, with its extension.
+    /// A place for `output`: an empty file in its folder, where possible without a name.
     ///
     /// # Errors
     /// When `output` exists (and may not be overwritten), is an input or a folder, its folder is
     /// missing, or cannot be written to.
     pub fn reserve(output: &Path, options: &SinkOptions) -> Result<Self> {
-        check_free(output, options)?;
-        // A link stays a link; what it points to is written, whether it is there or not.
-        let target = follow_links(output)?;
-        check_folder(output, folder_of(&target))?;
+        let target = target_of(output, options)?;
+        #[cfg(target_os = "linux")]
+        if let Some(file) = unnamed::create(folder_of(&target), &target) {
+            let (named, overwrite) = (output.to_owned(), options.overwrite);
+            let path = unnamed::path(&file);
+            return Ok(Self { named, target, overwrite, file: Temporary::Unnamed(file, path) });
+        }
         Self::beside(output.to_owned(), target, options.overwrite)
     }
 
-    /// Another file for the same output; only one of the two can be put into its place.
+    /// As [`Place::reserve`], of a file with a [name](Place::path) of its own, for other programs to write.
+    /// It has the extension of `output`.
+    ///
+    /// # Errors
+    /// As [`Place::reserve`].
+    pub fn reserve_named(output: &Path, options: &SinkOptions) -> Result<Self> {
+        let target = target_of(output, options)?;
+        Self::beside(output.to_owned(), target, options.overwrite)
+    }
+
+    /// Another file, with a name, for the same output; only one of the two can be put into its place.
     ///
     /// # Errors
     /// When it cannot be made.
@@ -61,18 +82,28 @@ impl Place {
             |there| there.permissions(),
         ));
         let file = builder.tempfile_in(folder).map_err(|e| unwritable(&named, folder, e))?;
-        let _note = Unfinished::temporary(file.path());
-        Ok(Self { named, target, overwrite, file, _note })
+        let note = Unfinished::temporary(file.path());
+        Ok(Self { named, target, overwrite, file: Temporary::Named(file, note) })
     }
 
     /// The file to write to.
     pub fn file(&self) -> &File {
-        self.file.as_file()
+        match &self.file {
+            #[cfg(target_os = "linux")]
+            Temporary::Unnamed(file, _) => file,
+            Temporary::Named(file, _) => file.as_file(),
+        }
     }
 
-    /// Where the file stands until it is complete, for programs that write it by its name.
+    /// Where the file stands until it is complete, for programs that write it by its name. That has the
+    /// output's extension, and lasts longer than this process, only if it was
+    /// [asked for](Place::reserve_named).
     pub fn path(&self) -> &Path {
-        self.file.path()
+        match &self.file {
+            #[cfg(target_os = "linux")]
+            Temporary::Unnamed(_, path) => path,
+            Temporary::Named(file, _) => file.path(),
+        }
     }
 
     /// The output as it was named, for messages.
@@ -90,18 +121,66 @@ impl Place {
     /// # Errors
     /// When that fails, or something has come to stand there meanwhile and may not be overwritten.
     pub fn commit(self) -> Result<()> {
-        let Self { named, target, overwrite, file, _note } = self;
-        let done = if overwrite {
-            keep_permissions(&target, file.path());
-            file.persist(target)
-        } else {
-            file.persist_noclobber(target)
+        let Self { named, target, overwrite, file } = self;
+        let done = match file {
+            #[cfg(target_os = "linux")]
+            Temporary::Unnamed(_file, path) => unnamed::put(&path, &target, overwrite),
+            Temporary::Named(file, _note) => put(file, &target, overwrite),
         };
         match done {
-            Ok(_) => Ok(()),
-            Err(e) if e.error.kind() == io::ErrorKind::AlreadyExists => Err(exists(&named)),
-            Err(e) => Err(misplaced(&named, e.error)),
+            Ok(()) => Ok(()),
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => Err(exists(&named)),
+            Err(e) => Err(misplaced(&named, e)),
         }
+    }
+}
+
+/// Gives `file` the name `target`.
+fn put<F>(file: NamedTempFile<F>, target: &Path, overwrite: bool) -> io::Result<()> {
+    if overwrite {
+        keep_permissions(target, file.path());
+        file.persist(target)?;
+    } else {
+        file.persist_noclobber(target)?;
+    }
+    Ok(())
+}
+
+/// Files that have no name until they are complete.
+#[cfg(target_os = "linux")]
+mod unnamed {
+    use std::os::fd::AsRawFd;
+
+    use rustix::fs::{AtFlags, CWD, Mode, OFlags, linkat, open};
+
+    use super::*;
+
+    /// A file in `folder` without a name, with the permissions of `old` if that is there. `None` where the
+    /// file system has no such files, or could not give them a name.
+    pub(super) fn create(folder: &Path, old: &Path) -> Option<File> {
+        use std::os::unix::fs::PermissionsExt;
+        let mode = fs::metadata(old).map_or(0o666, |there| there.permissions().mode() & 0o777);
+        let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
+        let file = File::from(open(folder, flags, Mode::from_raw_mode(mode)).ok()?);
+        path(&file).exists().then_some(file)
+    }
+
+    /// Gives the open file at the path `file` the name `target`.
+    pub(super) fn put(file: &Path, target: &Path, overwrite: bool) -> io::Result<()> {
+        let link = |to: &Path| -> io::Result<()> {
+            Ok(linkat(CWD, file, CWD, to, AtFlags::SYMLINK_FOLLOW)?)
+        };
+        if !overwrite {
+            return link(target);
+        }
+        // A link cannot take the place of a file, but a file with a name can.
+        let mut builder = Builder::new();
+        super::put(builder.prefix(PREFIX).make_in(folder_of(target), link)?, target, true)
+    }
+
+    /// Where an open file without a name is found.
+    pub(super) fn path(file: &File) -> PathBuf {
+        PathBuf::from(format!("/proc/{}/fd/{}", std::process::id(), file.as_raw_fd()))
     }
 }
 
@@ -261,6 +340,15 @@ fn folder_of(path: &Path) -> &Path {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     }
+}
+
+/// Where the file `output` is to stand.
+fn target_of(output: &Path, options: &SinkOptions) -> Result<PathBuf> {
+    check_free(output, options)?;
+    // A link stays a link; what it points to is written, whether it is there or not.
+    let target = follow_links(output)?;
+    check_folder(output, folder_of(&target))?;
+    Ok(target)
 }
 
 fn exists(output: &Path) -> Error {

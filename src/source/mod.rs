@@ -25,6 +25,7 @@ use image::ImageFormat;
 
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Rational};
+use crate::memory;
 use crate::stream::{Span, StreamInfo};
 
 pub use crate::ffmpeg::hang_up;
@@ -214,7 +215,7 @@ impl Input {
 ///
 /// # Errors
 /// When nothing is named, a file is missing, unreadable or not a picture, frames differ in size, or what
-/// is to be looped can be read only once.
+/// is to be looped can be read only once; [`Error::Memory`] when there is not enough for frames of that size.
 pub fn open(inputs: &[impl AsRef<OsStr>], options: &SourceOptions) -> Result<Input> {
     let part = Part::of(options)?;
     if options.max_size == Some(0) {
@@ -222,7 +223,9 @@ pub fn open(inputs: &[impl AsRef<OsStr>], options: &SourceOptions) -> Result<Inp
     }
     let inputs: Vec<&OsStr> = inputs.iter().map(AsRef::as_ref).collect();
     let input = recognised(&inputs, part, options)?;
+    let decoded = input.info.size;
     let input = resized(trimmed(input, part), options);
+    memory::check(decoded, input.info.size, input.info.still)?;
     if options.looped { warmed_up(input, options.allow_truncated) } else { Ok(input) }
 }
 

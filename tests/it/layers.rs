@@ -32,8 +32,8 @@ const CORE: [&str; 24] = [
 ];
 
 /// Modules of the library, lowest layer first. Those of the engine stand below them all.
-const LIBRARY: [&str; 8] =
-    ["error", "stream", "pattern", "ffmpeg", "preset", "source", "sink", "pipeline"];
+const LIBRARY: [&str; 9] =
+    ["error", "memory", "stream", "pattern", "ffmpeg", "preset", "source", "sink", "pipeline"];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("the sources can be read") {

@@ -418,7 +418,7 @@ fn a_stop_before_the_first_frame_leaves_no_output() {
 fn an_input_without_frames_is_an_error() {
     let trial = Trial { frames: 0, ..Trial::default() };
     let (ended, log) = trial.run(&mut ());
-    assert!(matches!(ended, Err(Error::Usage(_))));
+    assert!(matches!(ended, Err(Error::NoFrames)));
     assert!(!finished(&log));
 }
 
@@ -442,7 +442,7 @@ fn options_out_of_range_are_refused_before_anything_starts() {
     let mut trial = Trial::default();
     trial.settings.options.points = Points::Count(0);
     let (ended, log) = trial.run(&mut ());
-    assert!(matches!(ended, Err(Error::Usage(_))));
+    assert!(ended.is_err_and(|error| error.is_usage()));
     assert_eq!(log.decoded.load(SeqCst), 0);
 }
 

@@ -7,18 +7,22 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use polyreel::pipeline::Stop;
 use polyreel::{sink, source};
 
-/// Makes a file that grows beyond the system's limit (`ulimit -f`) an error of writing to it, in place of
-/// a signal that ends the program and leaves unfinished files. Programs that this one starts are not
+/// Makes the system's limits errors in place of signals: a file that grows beyond `ulimit -f` can no longer be
+/// written to, and without memory (`ulimit -v`) the exit code is 1. Programs that this one starts are not
 /// affected.
 #[cfg(unix)]
-pub(crate) fn survive_file_limit() {
+pub(crate) fn survive_limits() {
     let nobody_asks = Arc::new(AtomicBool::new(false));
     // Without a handler the program ends at the limit, as the system has it.
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, nobody_asks);
+    // Memory that cannot be had aborts the program, after a message. That is a failure like any other.
+    let always = Arc::new(AtomicBool::new(true));
+    let _ =
+        signal_hook::flag::register_conditional_shutdown(signal_hook::consts::SIGABRT, 1, always);
 }
 
 #[cfg(not(unix))]
-pub(crate) fn survive_file_limit() {}
+pub(crate) fn survive_limits() {}
 
 /// Whether Ctrl-C was pressed, and whether that is enough to end the program.
 #[derive(Clone, Debug, Default)]

@@ -49,7 +49,7 @@ enum Outcome {
 }
 
 fn main() -> ExitCode {
-    interrupt::survive_file_limit();
+    interrupt::survive_limits();
     // A wrong command line ends here, with exit code 2.
     let cli = Cli::try_parse().unwrap_or_else(|error| refuse(&error));
     ExitCode::from(match crash::catch(|| run(cli.command)) {
@@ -94,18 +94,13 @@ fn report(error: &Error) {
     let mut cause = std::error::Error::source(error);
     while let Some(error) = cause {
         let text = in_one_line(error);
-        if !said.contains(&text) && !is_truncation(error) {
+        // Messages spell the system's errors out.
+        if !said.contains(&text) && !error.is::<std::io::Error>() {
             terminal::say(format_args!("because: {text}"));
             said = text;
         }
         cause = error.source();
     }
-}
-
-/// Whether `cause` says no more than that an input ends early, which the error itself says better.
-fn is_truncation(cause: &(dyn std::error::Error + 'static)) -> bool {
-    let io = cause.downcast_ref::<std::io::Error>();
-    io.is_some_and(|io| io.kind() == std::io::ErrorKind::UnexpectedEof)
 }
 
 /// An error's message without the line breaks that some libraries have in theirs.
