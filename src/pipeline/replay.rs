@@ -1,21 +1,28 @@
 //! The details of a former run, from its report.
 
+use std::fmt;
+use std::fs::File;
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
+use serde::Deserialize;
+use serde::de::{
+    DeserializeSeed, Deserializer, Error as _, IgnoredAny, MapAccess, SeqAccess, Visitor,
+};
 use serde_json::Value;
 
 use crate::error::{Error, Result};
 use crate::options::{Detail, Options};
 
-/// The largest report that is read: a million frames.
-const MOST_BYTES: u64 = 1 << 30;
+/// The largest report that is read: a million frames. Of each frame some 20 bytes are kept.
+const MAX_BYTES: u64 = 512 << 20;
 
 /// What the frames of a former run cost, and the options that it ran with. With the same input and the
 /// same options it gives the same bytes again.
 #[derive(Clone, Debug)]
 pub struct Script {
     path: PathBuf,
-    options: Value,
+    options: Options,
     details: Vec<Detail>,
 }
 
@@ -25,28 +32,47 @@ impl Script {
     /// # Errors
     /// When it cannot be read, or is not such a report: names the key, and the frame.
     pub fn read(path: &Path) -> Result<Self> {
-        let wrong = |error: std::io::Error| Error::input(path, format!("cannot be read: {error}"));
-        if std::fs::metadata(path).map_err(wrong)?.len() > MOST_BYTES {
-            return Err(Error::input(path, "is too large for a report"));
+        let wrong = |error: std::io::Error| {
+            Error::input(path, format!("cannot be read: {error}")).caused_by(error)
+        };
+        let file = File::open(path).map_err(wrong)?;
+        if file.metadata().map_err(wrong)?.len() > MAX_BYTES {
+            let most = MAX_BYTES >> 20;
+            return Err(Error::input(
+                path,
+                format!("is too large for a report: {most} MiB at most"),
+            ));
         }
-        Self::parse(path, &std::fs::read(path).map_err(wrong)?)
+        Self::parse(path, BufReader::new(file.take(MAX_BYTES)))
     }
 
-    fn parse(path: &Path, bytes: &[u8]) -> Result<Self> {
-        let mut report: Value = serde_json::from_slice(bytes)
-            .map_err(|error| Error::input(path, format!("is no report (JSON): {error}")))?;
-        let missing = |key: &str| {
-            Error::input(path, format!("'{key}' is missing or damaged: name a file of --report"))
+    /// Reads a report bit by bit: nothing is kept of it but what a replay needs.
+    #[doc(hidden)]
+    pub fn parse(path: &Path, text: impl Read) -> Result<Self> {
+        let mut found = Found::default();
+        let mut json = serde_json::Deserializer::from_reader(text);
+        let read = found.deserialize(&mut json).and_then(|()| json.end());
+        let missing = |key: &str, why: String| {
+            let what = format!("'{key}' is missing or damaged{why}: name a file of --report");
+            Error::input(path, what)
         };
-        let options = report["options"].take();
-        if !options.is_object() {
-            return Err(missing("options"));
+        if let Err(error) = read {
+            return Err(match found.at {
+                At::Report => Error::input(path, format!("is no report (JSON): {error}")),
+                At::Options => missing("options", format!(" ({error})")),
+                At::Frames => missing("per_frame", format!(" ({error})")),
+                At::Frame => {
+                    let what = found.fault.unwrap_or_else(|| error.to_string());
+                    Error::input_frame(path, found.details.len() as u64, what)
+                }
+            }
+            .caused_by(error));
         }
-        let Value::Array(frames) = report["per_frame"].take() else {
-            return Err(missing("per_frame"));
-        };
-        let details = frames.into_iter().zip(0..).map(|(frame, index)| detail(path, frame, index));
-        Ok(Self { path: path.to_owned(), options, details: details.collect::<Result<_>>()? })
+        let options = found.options.ok_or_else(|| missing("options", String::new()))?;
+        if !found.frames {
+            return Err(missing("per_frame", String::new()));
+        }
+        Ok(Self { path: path.to_owned(), options, details: found.details })
     }
 
     /// Checks that the run had the same `options`.
@@ -56,21 +82,21 @@ impl Script {
     pub fn check(&self, options: &Options) -> Result<()> {
         // Through text and back, as the report went: a float's last digit may change on that way.
         let text = serde_json::to_string(options).expect("options are plain data");
-        let mine: Value = serde_json::from_str(&text).expect("what was written is JSON");
-        let keys = mine.as_object().into_iter().chain(self.options.as_object());
-        let mut keys = keys.flat_map(|map| map.keys());
-        let Some(key) = keys.find(|key| mine.get(key.as_str()) != self.options.get(key.as_str()))
-        else {
+        let options: Options = serde_json::from_str(&text).expect("what was written is JSON");
+        let [then, now] = [&self.options, &options]
+            .map(|options| serde_json::to_value(options).expect("options are plain data"));
+        let mut keys = now.as_object().into_iter().flat_map(|map| map.keys());
+        let Some(key) = keys.find(|key| now.get(key.as_str()) != then.get(key.as_str())) else {
             return Ok(());
         };
-        let told = |options: &Value| match options.get(key.as_str()) {
+        let written = |options: &Value| match options.get(key.as_str()) {
             None => "unknown".to_owned(),
             Some(Value::String(text)) => text.clone(),
             Some(value) => value.to_string(),
         };
         Err(Error::input(
             &self.path,
-            format!("{key} was {} in that run and is {} now", told(&self.options), told(&mine)),
+            format!("{key} was {} in that run and is {} now", written(&then), written(&now)),
         ))
     }
 
@@ -99,24 +125,138 @@ impl Script {
     }
 }
 
-/// The detail in the report of frame `index`.
-fn detail(path: &Path, mut frame: Value, index: u64) -> Result<Detail> {
-    let wrong = |what: String| Error::input_frame(path, index, what);
-    match frame["index"].as_u64() {
-        Some(found) if found == index => {}
-        Some(found) => {
-            return Err(wrong(format!(
-                "'index' is {found}: frames were dropped, or the report is damaged"
-            )));
-        }
-        None => return Err(wrong("'index' is missing".to_owned())),
+/// What has been read of a report.
+#[derive(Default)]
+struct Found {
+    options: Option<Options>,
+    /// Whether there is a list of frames.
+    frames: bool,
+    details: Vec<Detail>,
+    /// What is being read, for messages.
+    at: At,
+    /// What is wrong with a frame that is sound JSON.
+    fault: Option<String>,
+}
+
+/// Where in a report.
+#[derive(Default)]
+enum At {
+    #[default]
+    Report,
+    Options,
+    Frames,
+    Frame,
+}
+
+impl<'de> DeserializeSeed<'de> for &mut Found {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, from: D) -> std::result::Result<(), D::Error> {
+        from.deserialize_map(self)
     }
-    let orders = frame.get_mut("orders").map(Value::take);
-    let orders = orders.ok_or_else(|| wrong("'orders' is missing".to_owned()))?;
-    let detail: Detail =
-        serde_json::from_value(orders).map_err(|error| wrong(format!("'orders': {error}")))?;
-    detail.validate().map_err(|error| wrong(format!("'orders': {error}")))?;
-    Ok(detail)
+}
+
+impl<'de> Visitor<'de> for &mut Found {
+    type Value = ();
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a report")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> std::result::Result<(), A::Error> {
+        while let Some(key) = map.next_key::<Key>()? {
+            match key {
+                Key::Options => {
+                    self.at = At::Options;
+                    self.options = Some(map.next_value()?);
+                }
+                Key::PerFrame => {
+                    self.at = At::Frames;
+                    map.next_value_seed(Frames(self))?;
+                    self.frames = true;
+                }
+                Key::Other => {
+                    map.next_value::<IgnoredAny>()?;
+                }
+            }
+            self.at = At::Report;
+        }
+        Ok(())
+    }
+}
+
+/// The keys of a report that a replay needs.
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Key {
+    Options,
+    PerFrame,
+    #[serde(other)]
+    Other,
+}
+
+/// The list of frames.
+struct Frames<'a>(&'a mut Found);
+
+impl<'de> DeserializeSeed<'de> for Frames<'_> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, from: D) -> std::result::Result<(), D::Error> {
+        from.deserialize_seq(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Frames<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a list of frames")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut frames: A) -> std::result::Result<(), A::Error> {
+        self.0.at = At::Frame;
+        while let Some(frame) = frames.next_element::<FrameLine>()? {
+            match frame.detail(self.0.details.len() as u64) {
+                Ok(detail) => self.0.details.push(detail),
+                Err(fault) => {
+                    self.0.fault = Some(fault);
+                    return Err(A::Error::custom("a frame is wrong"));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What is read of a frame.
+#[derive(Deserialize)]
+struct FrameLine {
+    index: Option<u64>,
+    #[serde(default, deserialize_with = "orders")]
+    orders: Option<Detail>,
+}
+
+/// A frame's detail; an error names the key.
+fn orders<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Option<Detail>, D::Error> {
+    Detail::deserialize(from).map(Some).map_err(|e| D::Error::custom(format!("'orders': {e}")))
+}
+
+impl FrameLine {
+    /// The detail of what should be frame `index`, or what is wrong.
+    fn detail(self, index: u64) -> std::result::Result<Detail, String> {
+        match self.index {
+            Some(found) if found == index => {}
+            Some(found) => {
+                return Err(format!(
+                    "'index' is {found}: frames were dropped, or the report is damaged"
+                ));
+            }
+            None => return Err("'index' is missing".to_owned()),
+        }
+        let detail = self.orders.ok_or("'orders' is missing")?;
+        detail.validate().map_err(|error| format!("'orders': {error}"))?;
+        Ok(detail)
+    }
 }
 
 #[cfg(test)]
@@ -172,8 +312,14 @@ mod tests {
             r["per_frame"][0].as_object_mut().expect("an object").remove("orders");
         });
         assert_eq!(gone, "r.json, frame 0: 'orders' is missing");
-        let cut = Script::parse(Path::new("r.json"), b"{\"options\": ").expect_err("cut short");
-        assert!(cut.to_string().contains("is no report (JSON)"), "{cut}");
+        let parse = |text: &str| Script::parse(Path::new("r.json"), text.as_bytes());
+        let cut = parse("{\"options\": ").expect_err("cut short").to_string();
+        assert!(cut.starts_with("r.json: 'options' is missing or damaged (EOF"), "{cut}");
+        for text in ["", "3", "[1, 2]", "null", "\"report\"", "{", "{} {}", "nonsense"] {
+            let said = parse(text).expect_err("no report").to_string();
+            assert!(said.starts_with("r.json: is no report (JSON)"), "{text}: {said}");
+        }
+        assert!(parse("{}").expect_err("nothing in it").to_string().contains("'options'"));
     }
 
     #[test]

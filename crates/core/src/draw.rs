@@ -1,6 +1,6 @@
 //! Lines on pictures.
 
-use crate::frame::Rgba;
+use crate::frame::{Fill, Rgba};
 use crate::geom::{Point, Size};
 use crate::mesh::Mesh;
 
@@ -56,11 +56,7 @@ pub fn some_edges(
     width: u32,
     wanted: impl Fn(u32, u32) -> bool,
 ) -> u32 {
-    let mut sides: Vec<(u32, u32, u32)> = (0u32..)
-        .zip(&mesh.triangles)
-        .flat_map(|(t, &[a, b, c])| [(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), p.max(q), t)))
-        .collect();
-    sides.sort_unstable();
+    let sides = sides(mesh);
     let brush = brush(width);
     let mut drawn = 0;
     for pair in sides.windows(2) {
@@ -71,6 +67,48 @@ pub fn some_edges(
         }
     }
     drawn
+}
+
+/// Draws those edges of `mesh` on `pixels` that `colour(t, u)` gives a colour, where `u`, the triangle on the
+/// other side, is `None` on the frame's border. Where lines meet, the more opaque one is seen. Returns what
+/// was drawn in each colour, by opacity.
+pub fn shaded_edges(
+    pixels: &mut [Rgba],
+    mesh: &Mesh,
+    width: u32,
+    colour: impl Fn(u32, Option<u32>) -> Option<Rgba>,
+) -> Vec<Fill> {
+    let sides = sides(mesh);
+    let mut lines: Vec<(u8, u32, u32, Rgba)> = sides
+        .chunk_by(|x, y| (x.0, x.1) == (y.0, y.1))
+        .filter_map(|edge| {
+            let (a, b, t) = edge[0];
+            let colour = colour(t, edge.get(1).map(|side| side.2))?;
+            Some((colour[3], a, b, colour))
+        })
+        .collect();
+    lines.sort_unstable();
+    let brush = brush(width);
+    let mut fills: Vec<Fill> = Vec::new();
+    for (_, a, b, colour) in lines {
+        let ends = (mesh.vertices[a as usize], mesh.vertices[b as usize]);
+        let area = stroke(pixels, mesh.size, ends, colour, &brush);
+        match fills.last_mut().filter(|fill| fill.colour == colour) {
+            Some(fill) => fill.area = fill.area.saturating_add(area),
+            None => fills.push(Fill { colour, area }),
+        }
+    }
+    fills
+}
+
+/// The sides of all triangles: the smaller end, the larger, and the triangle, sorted.
+fn sides(mesh: &Mesh) -> Vec<(u32, u32, u32)> {
+    let mut sides: Vec<(u32, u32, u32)> = (0u32..)
+        .zip(&mesh.triangles)
+        .flat_map(|(t, &[a, b, c])| [(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), p.max(q), t)))
+        .collect();
+    sides.sort_unstable();
+    sides
 }
 
 /// The rows of a disc, from the top: how far below the middle each is, its first and its last column.

@@ -62,9 +62,14 @@ impl Style {
     }
 
     /// Draws the lines on `pixels`; `colours` are the triangles' before they were graded. Returns the
-    /// lines' fill.
-    pub(super) fn draw(&self, pixels: &mut [Rgba], mesh: &Mesh, colours: &[Rgba]) -> Option<Fill> {
-        let colour = self.outline?;
+    /// lines' fills.
+    pub(super) fn draw(&self, pixels: &mut [Rgba], mesh: &Mesh, colours: &[Rgba]) -> Vec<Fill> {
+        let Some(colour) = self.outline else { return Vec::new() };
+        if colours.iter().any(|colour| colour[3] < 255) {
+            return draw::shaded_edges(pixels, mesh, self.width, |t, u| {
+                self.line(colour, colours[t as usize], u.map(|u| colours[u as usize]))
+            });
+        }
         let area = if self.contrast == 0 {
             draw::edges(pixels, mesh, colour, self.width)
         } else {
@@ -72,7 +77,21 @@ impl Style {
                 difference(colours[t as usize], colours[u as usize]) > self.contrast
             })
         };
-        Some(Fill { colour, area })
+        vec![Fill { colour, area }]
+    }
+
+    /// The colour of the line of `outline` between triangles of two colours, or between one and the frame's
+    /// border; `None` where there is to be none. It is as opaque as the more opaque of them.
+    fn line(&self, outline: Rgba, here: Rgba, there: Option<Rgba>) -> Option<Rgba> {
+        let wanted = match there {
+            Some(there) => self.contrast == 0 || difference(here, there) > self.contrast,
+            None => self.contrast == 0,
+        };
+        let alpha = u32::from(here[3].max(there.map_or(0, |there| there[3])));
+        let [r, g, b, a] = outline;
+        // At most 255 * 255 / 255.
+        let alpha = ((u32::from(a) * alpha + 127) / 255) as u8;
+        (wanted && alpha > 0).then_some([r, g, b, alpha])
     }
 }
 

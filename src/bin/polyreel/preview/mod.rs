@@ -53,20 +53,16 @@ const MAGNIFIED: u32 = 4;
 
 /// Shows the input in a window until it is closed.
 pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
-    let mut options = args.look.options()?;
+    let asked = args.look.options()?;
     let stop = Stop::default();
     let interrupt = Interrupt::listen(&stop);
     let input =
         source::open(&args.input.inputs, &SourceOptions { soon: true, ..args.input.options() })?;
     let info = input.info().clone();
-    if info.still {
-        // Nothing comes after it: --refine STEPS means just so many.
-        options.coherence = 0.0;
-    }
     let stem = name::stem(&args.input.inputs);
     let window = open(&stem, info.size, args.scale)?;
-    let outline = options.outline;
-    let controls = Controls::new(options)?;
+    let outline = asked.outline;
+    let controls = Controls::new(session::effective(&asked, info.still))?;
     let recording = SinkOptions {
         inputs: input.paths().to_vec(),
         video: args.input.video_options(),
@@ -96,7 +92,7 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
     });
     let desk = Some(desk);
     let view = View::new(outline);
-    let session = Session { window, mailbox, desk, controls, info, stem, budget, view };
+    let session = Session { window, mailbox, desk, asked, controls, info, stem, budget, view };
     interrupt.begin();
     let ended = beside(
         session,
@@ -134,6 +130,7 @@ impl Beside {
             window: open(&stem, info.size, None)?,
             mailbox: Arc::default(),
             desk: None,
+            asked: (*controls.options()).clone(),
             controls,
             info: info.clone(),
             stem,

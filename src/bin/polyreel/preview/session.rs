@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use polyreel::error::{Error, Result};
-use polyreel::options::Colour;
+use polyreel::options::{Colour, Options};
 use polyreel::pipeline::{Controls, Stop};
 use polyreel::sample::Sampler;
 use polyreel::sink::{self, Picture, SinkOptions};
@@ -55,7 +55,9 @@ pub(super) struct Session {
     pub(super) mailbox: Arc<Mailbox>,
     /// `None` beside a render, of which nothing may be changed.
     pub(super) desk: Option<Desk>,
-    /// The options of the run. Keys change them where there is a desk.
+    /// The options that the user asked for, with keys as well. A preset is written of them.
+    pub(super) asked: Options,
+    /// The options of the run: [those](effective) that follow from what was asked for.
     pub(super) controls: Controls,
     pub(super) info: StreamInfo,
     /// What files are called after.
@@ -114,6 +116,13 @@ impl View {
         let seconds = last.duration_since(*first).as_secs_f64();
         if seconds > 0.0 { (self.drawn.len() - 1) as f64 / seconds } else { 0.0 }
     }
+}
+
+/// What is rendered where `asked` is asked for. Of a `still` no frame follows that could hold to it, and
+/// --refine STEPS means that number of them.
+pub(super) fn effective(asked: &Options, still: bool) -> Options {
+    let coherence = if still { 0.0 } else { asked.coherence };
+    Options { coherence, ..asked.clone() }
 }
 
 impl Session {
@@ -290,9 +299,9 @@ impl Session {
 
     fn change(&mut self, look: Look) -> Result<()> {
         let Some(desk) = &self.desk else { return Ok(()) };
-        let now = self.controls.options();
-        let (options, told) = changed(&now, look, self.info.size, self.view.outline);
-        self.controls.set(options)?;
+        let (asked, told) = changed(&self.asked, look, self.info.size, self.view.outline);
+        self.controls.set(effective(&asked, self.info.still))?;
+        self.asked = asked;
         // Where no frame will come by itself, that on the screen is rendered once more.
         desk.deck.again(!desk.seekable && !self.info.live);
         self.view.note(told);
@@ -316,11 +325,25 @@ impl Session {
         Ok(format!("saved {name}"))
     }
 
-    /// Writes the options as they are now to a file of its own.
+    /// Writes the options as they are asked for now to a file of its own.
     fn write_preset(&self) -> Result<String> {
         let name = free(&format!("{}-preset", self.stem), "toml");
-        let toml = polyreel::preset::to_toml(&self.controls.options())?;
+        let toml = polyreel::preset::to_toml(&self.asked)?;
         record::put(Path::new(&name), toml.as_bytes(), false)?;
         Ok(format!("wrote {name}: use it with --preset {name}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_preset_made_on_a_still_keeps_the_coherence_of_clips() {
+        let asked = Options { saturation: 1.5, ..Options::default() };
+        assert_eq!(effective(&asked, true).coherence, 0.0);
+        assert_eq!(effective(&asked, false), asked);
+        let preset = polyreel::preset::to_toml(&asked).expect("plain data");
+        assert!(preset.contains("saturation") && !preset.contains("coherence"), "{preset}");
     }
 }
