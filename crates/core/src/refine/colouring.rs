@@ -13,7 +13,7 @@ pub(super) struct Colouring {
 }
 
 /// More classes than any mesh needs; a vertex that finds none free waits for the next step.
-const MOST: u32 = 64;
+const MAX_CLASSES: u32 = 64;
 
 const UNCOLOURED: u8 = u8::MAX;
 
@@ -51,7 +51,7 @@ impl Colouring {
         // On the border the last neighbour has no half-edge that leaves for it.
         take(surface.to(next(last)));
         let free = taken.trailing_ones();
-        if free >= MOST {
+        if free >= MAX_CLASSES {
             return;
         }
         self.colour[v as usize] = free as u8;

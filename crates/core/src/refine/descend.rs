@@ -2,13 +2,13 @@
 
 use crate::parallel::prelude::*;
 
+use super::activity::Activity;
 use super::colouring::Colouring;
 use super::cost::Cost;
 use super::errors::{Errors, scale};
 use super::force::gradient;
 use super::mean::Mean;
 use super::pass::Pass;
-use super::rest::Rest;
 use super::ring::Ring;
 use super::share::Share;
 use super::sums::Sums;
@@ -16,15 +16,15 @@ use super::surface::{Fans, Surface, TOGETHER, next, previous};
 use crate::geom::{Point, SUBPIXEL};
 use crate::mesh::Place;
 
-/// How far a vertex tries to go first, in 1/256 pixel, when nothing is known of it or it wakes up. Measured when it
-/// wakes: 2 to 3 % less error than with a quarter of it, on stills and on video, in the same time.
+/// How far a vertex tries to go first, in 1/256 pixel, when nothing is known of it or it is activated. Measured when
+/// it is activated: 2 to 3 % less error than with a quarter of it, on stills and on video, in the same time.
 const FIRST_REACH: i32 = SUBPIXEL;
 
-/// A vertex whose step fails at this length falls asleep: 1/16 pixel.
-const LEAST_REACH: i32 = SUBPIXEL / 16;
+/// A vertex whose step fails at this length is deactivated: 1/16 pixel.
+const MIN_REACH: i32 = SUBPIXEL / 16;
 
 /// The longest step: about half of the distance between seeds at the default number of points.
-const MOST_REACH: i32 = 6 * SUBPIXEL;
+const MAX_REACH: i32 = 6 * SUBPIXEL;
 
 /// A step is not tried when the slope promises less than this share of what it has to gain. Measured on
 /// video: below it are half of the trials and one move in ten, those that gain least.
@@ -33,34 +33,34 @@ const PROMISE: f64 = 0.5;
 /// A vertex whose slope promises less than this share is left alone for a while.
 const IDLE: f64 = 0.25;
 
-/// A vertex of a [streamed](super::options::Mode::Stream) video whose triangles have less error than this,
-/// in least gains, is not visited. Measured: so it is with nine in ten of those that would try a step on calm
-/// clips and one in four on the fastest. What they would gain there, a half and a tenth of what all steps do,
-/// nearly comes from re-placing instead: squared error rises by 1 to 11 %, flicker by 2 % at most.
-const WORTH_A_VISIT: f64 = 80.0;
+/// In [streams](super::options::Mode::Stream), a vertex whose triangles have less error than this, in minimum gains,
+/// is not visited. Measured: this skips nine in ten of the vertices that would try a step on calm clips, and one in
+/// four on the fastest. What they would gain there, a half and a tenth of what all steps do, nearly comes from
+/// re-placing instead: squared error rises by 1 to 11 %, flicker by 2 % at most.
+const MIN_VISIT_ERROR: f64 = 80.0;
 
-/// The most of a [streamed](super::options::Mode::Stream) video's vertices that one step visits, those with the
-/// largest error around them: what a step takes must not go with how much of the picture moves. Measured at
-/// 1080p: a snowy street has 63 % to visit, and takes a quarter less time for the first step, for 14 % more error
-/// and 5 % more flicker; with three steps a seventh less, for 7 % and 3 %. A commercial has 40 %, for 1 % and 1 %.
-const MOST_VISITED: f64 = 0.25;
+/// In [streams](super::options::Mode::Stream), the largest share of the vertices that one step visits, those with the
+/// largest error around them: the time of a step must not depend on how much of the picture moves. Measured at 1080p:
+/// a snowy street has 63 % to visit, and takes a quarter less time for the first step, for 14 % more error and 5 %
+/// more flicker; with three steps a seventh less, for 7 % and 3 %. A commercial has 40 %, for 1 % and 1 %.
+const MAX_VISITED: f64 = 0.25;
 
-/// Places that a vertex tries on its way until one gains enough; on a [streamed](super::options::Mode::Stream)
-/// video the second is tried in its next frame. Measured there: second trials are 15 to 18 % of what is tried, and
-/// bring 4 to 6 % of what is gained; without them there is half a per cent more error.
+/// Places that a vertex tries along its gradient until one gains enough; in [streams](super::options::Mode::Stream)
+/// the second is tried in the next frame. Measured there: second trials are 15 to 18 % of what is tried, and bring 4
+/// to 6 % of what is gained; without them there is half a per cent more error.
 const TRIALS: usize = 2;
 
 /// The shortest and the longest next trial, as shares of one that failed.
-const SHORTEST: f64 = 0.2;
-const SHORTER: f64 = 0.6;
+const MIN_SHRINK: f64 = 0.2;
+const MAX_SHRINK: f64 = 0.6;
 
-/// By how much more at most a step that gains is tried, and from how much on that is worth a trial. Measured: with
-/// twice as much at most 1 % more error.
-const LONGER: f64 = 4.0;
-const WORTH_LONGER: f64 = 1.3;
+/// The largest factor by which a step that gains is stretched, and the smallest that is tried. Measured: with twice
+/// the largest, at most 1 % more error.
+const MAX_STRETCH: f64 = 4.0;
+const MIN_STRETCH: f64 = 1.3;
 
 /// Vertices that one piece of work looks at.
-const PACK: usize = 32;
+const CHUNK: usize = 32;
 
 /// What came of a visit to a vertex.
 #[derive(Clone, Copy, Debug)]
@@ -69,8 +69,8 @@ struct Visit {
     to: Option<Point>,
     /// How far it tries to go the next time.
     reach: i32,
-    /// Whether it waits for its surroundings to change.
-    sleeps: bool,
+    /// Whether it is deactivated until its surroundings change.
+    deactivates: bool,
     /// Whether hardly anything would have come of a step.
     idle: bool,
 }
@@ -91,7 +91,7 @@ struct Moved {
 /// The visits of one piece of work.
 #[derive(Debug, Default)]
 struct Visits {
-    /// What surrounds vertices that are looked at one after the other.
+    /// The rings of vertices that are visited one after the other.
     rings: [Ring; TOGETHER],
     fans: Fans,
     visits: Vec<Visit>,
@@ -105,8 +105,7 @@ impl Visits {
         self.moved.clear();
     }
 
-    /// Takes up what surrounds `vertices`, [`TOGETHER`] at most: side by side, so that what one waits for is
-    /// fetched for the others, too.
+    /// Collects the rings of `vertices`, at most [`TOGETHER`]: all at once, so that their memory accesses overlap.
     fn surround(&mut self, surface: &Surface, vertices: &[u32]) {
         self.fans.walk(surface, vertices);
         for (i, (&v, ring)) in vertices.iter().zip(&mut self.rings).enumerate() {
@@ -124,9 +123,9 @@ const BLOCK: usize = 4096;
 pub(super) struct Descent {
     /// How far each vertex tries to go, in 1/256 pixel; 0 when it last slept.
     reach: Vec<i32>,
-    /// The vertices that a step is for.
+    /// The vertices whose turn it is.
     turn: Vec<u32>,
-    /// The error of the triangles around each vertex, where it is asked for.
+    /// The error of the triangles around each vertex, in streams.
     around: Vec<f64>,
     /// Memory to find the largest ones in.
     largest: Vec<f64>,
@@ -142,56 +141,56 @@ impl Descent {
     }
 
     /// Forgets what is known of these vertices.
-    pub(super) fn start_anew(&mut self, vertices: &[u32]) {
+    pub(super) fn restart(&mut self, vertices: &[u32]) {
         for &v in vertices {
             self.reach[v as usize] = FIRST_REACH;
         }
     }
 
-    /// Lets every vertex of `share` that is awake take a step, on a running video unless its triangles
-    /// have hardly any of the `errors`. Returns how many moved.
+    /// Lets every active vertex of `share` take a step; in streams only those whose triangles have much of the
+    /// `errors`. Returns how many moved.
     pub(super) fn step(
         &mut self,
         surface: &mut Surface,
         share: Share,
-        rest: &mut Rest,
+        activity: &mut Activity,
         errors: &mut Errors,
         pass: Pass,
     ) -> usize {
         surface.clock += 1;
         self.turn.clear();
         self.turn.extend(share.of(&surface.order));
-        let is_ready = |surface: &Surface, rest: &Rest, v: u32| {
-            surface.awake[v as usize] && rest.allows(v) && rest.is_rested(v)
+        let is_ready = |surface: &Surface, activity: &Activity, v: u32| {
+            surface.active[v as usize] && activity.is_active(v) && activity.is_due(v)
         };
         if pass.is_stream() {
             errors.around_all(surface, &mut self.around);
-            let ready = self.turn.iter().filter(|&&v| is_ready(surface, rest, v));
+            let ready = self.turn.iter().filter(|&&v| is_ready(surface, activity, v));
             self.largest.clear();
             self.largest.extend(ready.map(|&v| self.around[v as usize]));
-            let most = (MOST_VISITED * self.turn.len() as f64).ceil() as usize;
+            let limit = (MAX_VISITED * self.turn.len() as f64).ceil() as usize;
             let least =
-                least_of_largest(&mut self.largest, most).max(WORTH_A_VISIT * pass.min_gain);
+                least_of_largest(&mut self.largest, limit).max(MIN_VISIT_ERROR * pass.min_gain);
             let around = &self.around;
             self.turn.retain(|&v| around[v as usize] >= least);
         }
         let mut moved = 0;
         for block in self.turn.chunks(BLOCK) {
             let here = &*surface;
-            self.colouring.colour(here, block, |v| is_ready(here, rest, v));
+            self.colouring.colour(here, block, |v| is_ready(here, activity, v));
             let Self { colouring, reach, found, .. } = self;
             for class in &colouring.classes {
-                moved += descend(surface, (rest, errors), reach, class, pass, found);
+                moved += descend(surface, (activity, errors), reach, class, pass, found);
             }
         }
         moved
     }
 }
 
-/// The smallest of the `most` largest `values`, none of which is NaN; minus infinity where there are no more
+/// The smallest of the `limit` largest `values`, none of which is NaN; minus infinity where there are no more
 /// than that.
-fn least_of_largest(values: &mut [f64], most: usize) -> f64 {
-    match values.len().checked_sub(most) {
+fn least_of_largest(values: &mut [f64], limit: usize) -> f64 {
+    match values.len().checked_sub(limit) {
         None | Some(0) => f64::NEG_INFINITY,
         Some(smaller) if smaller == values.len() => f64::INFINITY,
         Some(smaller) => *values.select_nth_unstable_by(smaller, f64::total_cmp).1,
@@ -202,7 +201,7 @@ fn least_of_largest(values: &mut [f64], most: usize) -> f64 {
 /// its own triangles. Returns how many moved.
 fn descend(
     surface: &mut Surface,
-    (rest, errors): (&mut Rest, &mut Errors),
+    (activity, errors): (&mut Activity, &mut Errors),
     reach: &mut [i32],
     class: &[u32],
     pass: Pass,
@@ -210,7 +209,7 @@ fn descend(
 ) -> usize {
     let (here, known) = (&*surface, &*errors);
     let reaches = &*reach;
-    let packs = class.par_chunks(PACK);
+    let packs = class.par_chunks(CHUNK);
     found.resize_with(found.len().max(packs.len()), Visits::default);
     let found = &mut found[..packs.len()];
     found.par_iter_mut().zip(packs).for_each(|(visits, vertices)| {
@@ -226,7 +225,7 @@ fn descend(
             }
         }
     });
-    found.iter().map(|visits| apply(surface, (rest, errors), reach, visits)).sum()
+    found.iter().map(|visits| apply(surface, (activity, errors), reach, visits)).sum()
 }
 
 /// Looks where vertex `v`, which ring `i` surrounds, goes.
@@ -250,11 +249,11 @@ fn visit(
         Place::Interior => (gx, gy),
     };
     let length = (gx * gx + gy * gy).sqrt();
-    let reach = reach.clamp(LEAST_REACH, MOST_REACH);
+    let reach = reach.clamp(MIN_REACH, MAX_REACH);
     let promise = length * f64::from(reach) / f64::from(SUBPIXEL);
     if promise <= PROMISE * pass.min_gain {
         let idle = promise <= IDLE * pass.min_gain;
-        out.visits.push(Visit { vertex: v, to: None, reach, sleeps: true, idle });
+        out.visits.push(Visit { vertex: v, to: None, reach, deactivates: true, idle });
         return;
     }
     let direction = (-gx / length, -gy / length);
@@ -274,7 +273,7 @@ fn visit(
             guess(surface, errors, squares, &mut out.moved[first..]);
         }
     }
-    out.visits.push(Visit { vertex: v, to, reach, sleeps: reach == 0, idle: false });
+    out.visits.push(Visit { vertex: v, to, reach, deactivates: reach == 0, idle: false });
 }
 
 /// Guesses at the errors of triangles around a vertex that has `moved`, of pixels of such `squares`: as if pixels
@@ -316,9 +315,9 @@ impl Line<'_, '_> {
         after.map_or(f64::NEG_INFINITY, |after| self.before.gain(after, weight))
     }
 
-    /// Looks for the top of the gain along the way: a parabola with the slope at the start goes through
-    /// each place that was tried, and tells the next one. Returns the place, with the ring's spokes for
-    /// it, and the reach for the next time; 0 when nothing is to be hoped for on this way.
+    /// Looks for the top of the gain along the way: a parabola with the slope at the start goes through each place
+    /// that was tried, and gives the next one. Returns the place, with the ring's spokes for it, and the reach for
+    /// the next time; 0 when no gain is expected in this direction.
     fn search(&mut self, reach: i32) -> (Option<Point>, i32) {
         let mut reach = reach;
         for _ in 0..if self.pass.is_stream() { 1 } else { TRIALS } {
@@ -330,20 +329,20 @@ impl Line<'_, '_> {
             if gain > self.pass.min_gain {
                 return self.stretch(to, gain, reach, top);
             }
-            let hope = if gain.is_finite() { 0.5 * promise * top } else { promise * SHORTER };
-            if reach == LEAST_REACH || hope <= PROMISE * self.pass.min_gain {
+            let hope = if gain.is_finite() { 0.5 * promise * top } else { promise * MAX_SHRINK };
+            if reach == MIN_REACH || hope <= PROMISE * self.pass.min_gain {
                 return (None, 0);
             }
-            let shorter = f64::from(reach) * top.clamp(SHORTEST, SHORTER);
-            reach = (shorter as i32).max(LEAST_REACH);
+            let shorter = f64::from(reach) * top.clamp(MIN_SHRINK, MAX_SHRINK);
+            reach = (shorter as i32).max(MIN_REACH);
         }
         (None, reach)
     }
 
     /// Goes on from `to`, where it gains `gain`, as far as the top of the parabola, if that is further.
     fn stretch(&mut self, to: Point, gain: f64, reach: i32, top: f64) -> (Option<Point>, i32) {
-        let longer = (f64::from(reach) * top.min(LONGER)) as i32;
-        if top < WORTH_LONGER || longer > MOST_REACH {
+        let longer = (f64::from(reach) * top.min(MAX_STRETCH)) as i32;
+        if top < MIN_STRETCH || longer > MAX_REACH {
             return (Some(to), reach);
         }
         self.ring.keep();
@@ -359,7 +358,7 @@ impl Line<'_, '_> {
 /// Makes the changes that were `found`. Returns how many vertices move.
 fn apply(
     surface: &mut Surface,
-    (rest, errors): (&mut Rest, &mut Errors),
+    (activity, errors): (&mut Activity, &mut Errors),
     reach: &mut [i32],
     found: &Visits,
 ) -> usize {
@@ -367,20 +366,20 @@ fn apply(
     for visit in &found.visits {
         let v = visit.vertex as usize;
         reach[v] = visit.reach;
-        rest.looked_at(visit.vertex, visit.idle);
+        activity.record_visit(visit.vertex, visit.idle);
         match visit.to {
             Some(to) => {
                 surface.at[v] = to;
                 moved += 1;
             }
-            None => surface.awake[v] = !visit.sleeps,
+            None => surface.active[v] = !visit.deactivates,
         }
     }
-    // No two of the vertices are neighbours: none that sleeps has a triangle that has changed.
+    // No two of the vertices are neighbours: no triangle of a deactivated one has changed.
     for &Moved { link, spokes: [leaving, coming], cost, mean, error } in &found.moved {
         surface.sums[previous(link) as usize] = leaving;
         surface.sums[next(link) as usize] = coming;
-        surface.take_up(link / 3, cost, mean);
+        surface.set_triangle(link / 3, cost, mean);
         errors.guess(surface, link / 3, error);
     }
     moved
@@ -393,7 +392,7 @@ mod tests {
     #[test]
     fn the_least_of_the_largest_parts_them_from_the_rest() {
         let values = [3.0, f64::INFINITY, 1.0, 3.0, 0.0, 7.0];
-        let least = |most| least_of_largest(&mut values.to_vec(), most);
+        let least = |limit| least_of_largest(&mut values.to_vec(), limit);
         assert_eq!([1, 2, 3, 4, 5].map(least), [f64::INFINITY, 7.0, 3.0, 3.0, 1.0]);
         assert_eq!([6, 7].map(least), [f64::NEG_INFINITY; 2], "there are no more");
         assert_eq!(least(0), f64::INFINITY);

@@ -3,21 +3,20 @@
 //! A triangle's cost leaves out the squares of its pixels, which no change to the mesh changes; to know
 //! where the error is large they have to be summed pixel by pixel.
 //!
-//! On a video guesses will do for triangles that have changed. Together they have what those had of whose pixels
-//! they were made, less what was gained; only how they share it is not known. Measured on a snowy street and a
-//! commercial at 1080p: with three steps 6 % less time than with estimates for them; on eight clips 0 to 1.5 % more
-//! error.
+//! In streams estimates suffice for triangles that have changed. Their total error is that of the triangles they
+//! replace, less the gain; only its distribution is not known. Measured on a snowy street and a commercial at 1080p:
+//! with three steps 6 % less time than with estimates for them; on eight clips 0 to 1.5 % more error.
 
 use crate::parallel::prelude::*;
 
+use super::activity::Activity;
 use super::pass::Pass;
-use super::rest::Rest;
 use super::share::Turn;
+use super::subsampled;
 use super::surface::Surface;
-use super::thin;
 
 /// Triangles that one piece of work looks at.
-const PACK: usize = 64;
+const CHUNK: usize = 64;
 
 /// What is known of a triangle's error.
 #[derive(Clone, Copy, Debug)]
@@ -40,33 +39,39 @@ impl Known {
 #[derive(Debug, Default)]
 pub(super) struct Errors {
     known: Vec<Known>,
-    /// Whether those of triangles that change are guessed at: on a running video, where a step follows that asks
-    /// for them.
+    /// Whether errors of triangles that change are estimated from their old ones: in streams, where another step
+    /// follows that reads them.
     guesses: bool,
 }
 
 impl Errors {
-    /// A new frame, of whose errors no more is known than what was measured: about those of an opaque, running
-    /// video.
+    /// Begins a frame. Of an opaque frame of a stream the estimates of the measurement are known, of others nothing.
     pub(super) fn begin(&mut self, surface: &Surface, pass: Pass) {
         self.guesses = false;
         self.known.clear();
-        if !pass.rows.has_thin() {
+        if !pass.rows.has_subsampled() {
             self.known.resize(surface.triangles(), Known::NOTHING);
             return;
         }
-        let measured = surface.about.iter();
+        let measured = surface.estimate.iter();
         self.known.extend(measured.map(|&error| Known::until(surface.clock, error)));
     }
 
-    /// Brings up to date those of the triangles whose `turn` it is and that may change: exactly, or nearly on
-    /// a [streamed](super::options::Mode::Stream) video.
-    pub(super) fn update(&mut self, surface: &Surface, rest: &Rest, turn: Turn, pass: Pass) {
+    /// Updates the errors of the active triangles whose `turn` it is: exactly, or by estimates in
+    /// [streams](super::options::Mode::Stream).
+    pub(super) fn update(
+        &mut self,
+        surface: &Surface,
+        activity: &Activity,
+        turn: Turn,
+        pass: Pass,
+    ) {
         self.guesses = pass.is_stream() && pass.has_next;
-        self.known.par_chunks_mut(PACK).enumerate().for_each(|(pack, known)| {
-            for (t, known) in ((pack * PACK) as u32..).zip(known) {
+        self.known.par_chunks_mut(CHUNK).enumerate().for_each(|(pack, known)| {
+            for (t, known) in ((pack * CHUNK) as u32..).zip(known) {
                 let changed = surface.stamp[t as usize];
-                if turn.has(t) && changed >= known.before && rest.allows_triangle(surface, t) {
+                if turn.has(t) && changed >= known.before && activity.is_active_triangle(surface, t)
+                {
                     *known = Known { error: error_of(surface, t, pass), before: surface.clock };
                 }
             }
@@ -101,14 +106,14 @@ impl Errors {
 
     /// Brings that of triangle `t`, which has just changed, up to date where guesses are made: those of triangles
     /// around a new vertex are too unlike.
-    pub(super) fn look_again(&mut self, surface: &Surface, t: u32, pass: Pass) {
+    pub(super) fn remeasure(&mut self, surface: &Surface, t: u32, pass: Pass) {
         if self.guesses {
             self.guess(surface, t, error_of(surface, t, pass));
         }
     }
 
-    /// About the squares of all pixels of `triangles`, which no change inside their outline changes; infinite
-    /// where an error is not known. `None` where nobody will ask for the errors of what they change to.
+    /// About the squares of all pixels of `triangles`, which no change inside their outline changes; infinite where
+    /// an error is not known. `None` where the errors of the changed triangles will not be read.
     pub(super) fn squares(
         &self,
         surface: &Surface,
@@ -129,7 +134,7 @@ impl Errors {
 
     /// Guesses at the errors of triangles that were `made` of pixels of such `squares`, all with the same error
     /// a pixel.
-    pub(super) fn share_out(&mut self, surface: &Surface, squares: Option<f64>, made: &[u32]) {
+    pub(super) fn distribute(&mut self, surface: &Surface, squares: Option<f64>, made: &[u32]) {
         let Some(squares) = squares else { return };
         let (mut left, mut pixels) = (squares, 0.0);
         for &t in made {
@@ -150,14 +155,15 @@ pub(super) fn scale(left: f64, whole: f32) -> f32 {
     if scale.is_nan() { f32::INFINITY } else { scale }
 }
 
-/// That of triangle `t`; on a [streamed](super::options::Mode::Stream) video an estimate from every second row,
-/// which is enough to tell large errors from small ones.
+/// The error of triangle `t`; in [streams](super::options::Mode::Stream) an estimate from every second row, which is
+/// enough to rank errors.
 #[inline]
 fn error_of(surface: &Surface, t: u32, Pass { rows, target, .. }: Pass) -> f32 {
-    if rows.has_thin() {
-        let about = thin::error(rows.thin(surface.corners(t)), surface.mean[t as usize].count);
-        if about.is_finite() {
-            return about;
+    if rows.has_subsampled() {
+        let estimate =
+            subsampled::error(rows.subsampled(surface.corners(t)), surface.mean[t as usize].count);
+        if estimate.is_finite() {
+            return estimate;
         }
     }
     (rows.squares_of(target, surface.corners(t)) + surface.cost[t as usize].error) as f32

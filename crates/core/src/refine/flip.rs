@@ -2,16 +2,16 @@
 
 use crate::parallel::prelude::*;
 
+use super::activity::Activity;
 use super::cost::Cost;
 use super::errors::Errors;
 use super::pass::Pass;
-use super::rest::Rest;
 use super::sums::Sums;
 use super::surface::{NONE, Surface, next, previous};
 use crate::geom::orient;
 
 /// Half-edges that one piece of work looks at.
-const PACK: usize = 3 * 256;
+const CHUNK: usize = 3 * 256;
 
 /// Turns inner edges, the diagonals of their two triangles, where the other diagonal costs less
 /// (data-dependent triangulation: Dyn, Levin, Rippa 1990). Only edges with a triangle that changed at
@@ -19,7 +19,7 @@ const PACK: usize = 3 * 256;
 pub(super) fn flip(
     surface: &mut Surface,
     errors: &mut Errors,
-    rest: &Rest,
+    activity: &Activity,
     since: u32,
     pass: Pass,
     found: &mut Vec<Vec<Diagonal>>,
@@ -28,14 +28,15 @@ pub(super) fn flip(
     let here = &*surface;
     let is_allowed = |surface: &Surface, h: u32| {
         let (t, other) = (h / 3, surface.twin[h as usize] / 3);
-        rest.looks_at(t)
-            && rest.looks_at(other)
-            && (rest.allows_triangle(surface, t) || rest.allows_triangle(surface, other))
+        activity.covers(t)
+            && activity.covers(other)
+            && (activity.is_active_triangle(surface, t)
+                || activity.is_active_triangle(surface, other))
     };
-    found.resize_with(here.origin.len().div_ceil(PACK), Vec::new);
+    found.resize_with(here.origin.len().div_ceil(CHUNK), Vec::new);
     found.par_iter_mut().enumerate().for_each(|(pack, found)| {
-        let end = ((pack + 1) * PACK).min(here.origin.len());
-        let edges = pack as u32 * PACK as u32..end as u32;
+        let end = ((pack + 1) * CHUNK).min(here.origin.len());
+        let edges = pack as u32 * CHUNK as u32..end as u32;
         found.clear();
         let edges = edges.filter(|&h| is_fresh(here, h, since) && is_allowed(here, h));
         found.extend(edges.filter_map(|h| turned(here, h, pass)));
@@ -52,7 +53,7 @@ pub(super) fn flip(
             turn(surface, h, sums);
             surface.changed(pass.rows, pair[0], front);
             surface.changed(pass.rows, pair[1], back);
-            errors.share_out(surface, squares, &pair);
+            errors.distribute(surface, squares, &pair);
             flips += 1;
         }
     }

@@ -5,13 +5,13 @@ use super::pass::Pass;
 use super::ring::Ring;
 use crate::geom::{Point, SUBPIXEL};
 
-/// Pixels of edge for each sample, and where it is looked at [thoroughly](super::options::Mode::Thorough);
-/// edges are about 10 pixels long.
+/// Pixels of edge for each sample, and those in [thorough](super::options::Mode::Thorough) mode; edges are about 10
+/// pixels long.
 const SPACING: f32 = 3.0;
 const CLOSE_SPACING: f32 = 2.0;
 
 /// Samples on the longest edge.
-const MOST: i32 = 8;
+const MAX_SAMPLES: i32 = 8;
 
 /// The gradient of the squared error with respect to the place of the vertex at `centre`, whose
 /// surroundings are `ring`: squared 8-bit steps for each pixel of way. `mean` is the mean colour of each
@@ -53,7 +53,7 @@ fn pixels_between(a: Point, b: Point) -> (f32, f32) {
 fn pull(pass: Pass, from: Point, to: Point, behind: [f32; 4], front: [f32; 4]) -> f32 {
     let (dx, dy) = pixels_between(from, to);
     let spacing = if pass.is_thorough() { CLOSE_SPACING } else { SPACING };
-    let samples = (((dx * dx + dy * dy).sqrt() / spacing) as i32).clamp(2, MOST);
+    let samples = (((dx * dx + dy * dy).sqrt() / spacing) as i32).clamp(2, MAX_SAMPLES);
     let sums = pass.rows.sample(from, to, samples);
     // Weights (1 - u) add up to samples^2 there. |I - b|^2 - |I - f|^2 = (f - b) . (2 I - f - b)
     let share = 1.0 / (samples * samples) as f32;

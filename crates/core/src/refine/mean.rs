@@ -23,7 +23,7 @@ impl Mean {
         f64::from(self.count) * f64::from(squared)
     }
 
-    /// As [`Total::fill`] has it; `None` of so many pixels that it could be another one.
+    /// As [`Total::fill`] has it; `None` of too many pixels for the same rounding.
     pub(super) fn fill(&self) -> Option<Fill> {
         // Halves are exact, and all else is at least 1 / (2 count) from one, 2^-14: colours are exact to 2^-17.
         let rounded = |channel: f32| (channel + 0.5) as u8;

@@ -13,6 +13,7 @@
 //! Delaunay: where the picture asks for it a diagonal turns the other way, and a penalty on flat
 //! triangles, [`RefineOptions::regularity`], keeps the rest well-shaped.
 
+mod activity;
 mod cell;
 mod colouring;
 mod cost;
@@ -20,40 +21,39 @@ mod descend;
 mod errors;
 mod flip;
 mod force;
+mod maintain;
 mod mean;
-mod nearby;
+mod morton;
 mod options;
 mod pass;
 mod patch;
+mod removal;
 mod replace;
-mod rest;
 mod ring;
 mod rows;
 mod shape;
 mod share;
 mod step;
+mod subsampled;
 mod sums;
 mod surface;
 mod target;
-mod tend;
 #[cfg(test)]
 mod tests;
-mod thin;
-mod worth;
 
 use crate::frame::{Buffers, Fill, Frame};
 use crate::mesh::Mesh;
 use crate::residual::Residual;
+use activity::Activity;
+use maintain::StripScheduler;
 pub use options::{Mode, REGULARITY, RefineOptions, Unrefined};
 use pass::Pass;
-use rest::Rest;
+use removal::turns;
 use rows::RowSums;
 use share::Share;
 use step::{Changes, Stepper};
 use surface::Surface;
 use target::Target;
-use tend::Sweep;
-use worth::turns;
 
 /// What a refinement did.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -90,10 +90,10 @@ impl Refined {
     }
 }
 
-/// Looks at a mesh and its squared error, before the first step and after each; whether to go on.
+/// Is shown a mesh and its squared error before the first step and after each; returns whether to go on.
 pub type Watch<'a> = &'a mut (dyn FnMut(&Mesh, f64) -> bool + Send);
 
-/// Refines meshes: memory that is used again and, for video, what vertices have learnt.
+/// Refines meshes. Keeps scratch buffers and, for video, what vertices have learnt.
 #[derive(Debug, Default)]
 pub struct Refiner {
     rows: RowSums,
@@ -104,14 +104,14 @@ pub struct Refiner {
     /// The stripe of vertices that comes next where a step is done in part.
     stripe: u32,
     /// Where the picture is [maintained](Refiner::frame) next.
-    sweep: Sweep,
+    strips: StripScheduler,
     /// Vertices that were re-placed since triangles were numbered so that neighbours are close together.
-    scattered: usize,
+    replaced_since_renumber: usize,
 }
 
-/// Triangles are numbered anew after one vertex in so many was re-placed. Measured at 1080p, one step: 4 %
-/// less time than with numbers as old as the shot.
-const GATHERED: usize = 64;
+/// Triangles are renumbered after one vertex in this many was re-placed. Measured at 1080p, one step: 4 % less time
+/// than with numbers as old as the shot.
+const RENUMBER_AFTER: usize = 64;
 
 /// Refines `mesh` against `frame`, which must have its size. See [`Refiner::still`].
 pub fn refine(mesh: &mut Mesh, frame: &Frame, options: &RefineOptions) -> Refined {
@@ -216,7 +216,7 @@ impl Refiner {
         self.surface.stored.clone_from(&mesh.triangles);
         // All triangles count as changed in the next frame.
         self.surface.clock = 0;
-        self.stepper.rest.reset(&self.surface);
+        self.stepper.activity.reset(&self.surface);
         self.begin();
     }
 
@@ -224,8 +224,8 @@ impl Refiner {
     fn begin(&mut self) {
         self.stepper.forget(self.surface.at.len());
         self.stripe = 0;
-        self.scattered = 0;
-        self.sweep = Sweep::default();
+        self.replaced_since_renumber = 0;
+        self.strips = StripScheduler::default();
     }
 
     fn refine_next(
@@ -243,12 +243,12 @@ impl Refiner {
         }
         in_pool(|| {
             let target = Target::with_residual(frame, residual);
-            let Self { rows, surface, stepper, scattered, .. } = self;
+            let Self { rows, surface, stepper, replaced_since_renumber, .. } = self;
             let subsample = options.mode == Mode::Stream;
             let carry = || {
                 let carried = surface.relink(mesh);
                 if carried && subsample {
-                    gather(surface, &mut stepper.rest, scattered);
+                    renumber_if_stale(surface, &mut stepper.activity, replaced_since_renumber);
                 }
                 carried
             };
@@ -269,13 +269,13 @@ impl Refiner {
         carried: bool,
         mut watch: Option<Watch<'_>>,
     ) -> Refined {
-        let Self { rows, surface, stepper, stripe, scattered, .. } = self;
+        let Self { rows, surface, stepper, stripe, replaced_since_renumber, .. } = self;
         let pass = Pass::new(rows, target, surface.triangles(), options);
         let part = Share::new(*stripe, options.part);
         *stripe = part.next();
         stepper.begin(surface, carried, if options.steps > 0 { Share::ALL } else { part }, pass);
         let (begin, vertices) = (surface.clock, surface.at.len());
-        let most = (options.replace.clamp(0.0, 1.0) * vertices as f64).ceil() as usize;
+        let limit = (options.replace.clamp(0.0, 1.0) * vertices as f64).ceil() as usize;
         let mut refined = Refined { error_before: surface.error(rows), ..Refined::default() };
         let mut still = 0;
         for number in 0..options.passes() {
@@ -286,35 +286,40 @@ impl Refiner {
                 }
             }
             let share = if number < options.steps { Share::ALL } else { part };
-            let most = share.count(most);
+            let limit = share.count(limit);
             let turns =
-                if options.mode == Mode::Stream { share.turns() } else { turns(vertices, most) };
+                if options.mode == Mode::Stream { share.turns() } else { turns(vertices, limit) };
             let pass = Pass { has_next: number + 1 < options.passes(), ..pass };
-            let changes = stepper.step(surface, share, most, turns, pass);
+            let changes = stepper.step(surface, share, limit, turns, pass);
             still = if changes.is_empty() { still + 1 } else { 0 };
             refined.add(changes);
-            if still >= turns && !surface.awake.contains(&true) {
+            if still >= turns && !surface.active.contains(&true) {
                 break;
             }
         }
         refined.replaced.sort_unstable();
         refined.replaced.dedup();
-        *scattered += refined.replaced.len();
+        *replaced_since_renumber += refined.replaced.len();
         // Both are sums of rounded numbers: a mesh that stayed as it was has not got worse.
         refined.error_after = surface.error(rows).min(refined.error_before);
         surface.store(mesh);
         let fills = || if target.is_opaque() { surface.stored_fills(rows) } else { Vec::new() };
-        (refined.fills, ()) = crate::parallel::join(fills, || stepper.rest.settle(surface, begin));
+        (refined.fills, ()) =
+            crate::parallel::join(fills, || stepper.activity.commit(surface, begin));
         refined
     }
 }
 
-/// Numbers the triangles anew where many vertices were re-placed, `scattered`, since that was done last. What
+/// Numbers the triangles anew where many vertices were re-placed, `replaced_since_renumber`, since that was done last. What
 /// has settled with the old numbers might not have with the new ones: those decide between changes that exclude
 /// each other.
-fn gather(surface: &mut Surface, rest: &mut Rest, scattered: &mut usize) {
-    if *scattered * GATHERED >= surface.at.len() {
-        *scattered = 0;
-        rest.renumber(surface.renumber());
+fn renumber_if_stale(
+    surface: &mut Surface,
+    activity: &mut Activity,
+    replaced_since_renumber: &mut usize,
+) {
+    if *replaced_since_renumber * RENUMBER_AFTER >= surface.at.len() {
+        *replaced_since_renumber = 0;
+        activity.renumber(surface.renumber());
     }
 }

@@ -14,7 +14,7 @@ use crate::mesh::Place;
 
 /// Vertices with more neighbours stay: they hold their surroundings together, and the number of ways
 /// to close a hole grows with the cube of its corners.
-pub(super) const MOST_CORNERS: usize = 9;
+pub(super) const MAX_CORNERS: usize = 9;
 
 /// A way to close the hole that a vertex leaves: the triangles of its polygon, each before those on its
 /// inner sides.
@@ -22,7 +22,7 @@ pub(super) const MOST_CORNERS: usize = 9;
 pub(super) struct Plan {
     /// What it costs.
     pub(super) cost: Cost,
-    pieces: SmallVec<[Piece; MOST_CORNERS - 2]>,
+    pieces: SmallVec<[Piece; MAX_CORNERS - 2]>,
 }
 
 /// A triangle of a [`Plan`], of three corners of the polygon, ascending.
@@ -38,10 +38,10 @@ struct Piece {
 #[derive(Debug, Default)]
 pub(super) struct Closing {
     /// The corner that closes the triangle over chord `i`-`j`.
-    apex: [[u8; MOST_CORNERS]; MOST_CORNERS],
+    apex: [[u8; MAX_CORNERS]; MAX_CORNERS],
     /// Sums from corner `i` to corner `j`.
-    chord: [[Sums; MOST_CORNERS]; MOST_CORNERS],
-    best: [[Cost; MOST_CORNERS]; MOST_CORNERS],
+    chord: [[Sums; MAX_CORNERS]; MAX_CORNERS],
+    best: [[Cost; MAX_CORNERS]; MAX_CORNERS],
 }
 
 impl Closing {
@@ -49,7 +49,7 @@ impl Closing {
     /// of its triangulations has only triangles with an area.
     pub(super) fn plan(&mut self, ring: &Ring, rows: &RowSums, weight: f64) -> Option<Plan> {
         let corners = ring.len();
-        if !ring.closed || !(3..=MOST_CORNERS).contains(&corners) {
+        if !ring.closed || !(3..=MAX_CORNERS).contains(&corners) {
             return None;
         }
         for i in 0..corners {
@@ -91,9 +91,9 @@ impl Closing {
     }
 
     /// The triangles that were found for `ring`.
-    fn pieces(&self, ring: &Ring, rows: &RowSums) -> SmallVec<[Piece; MOST_CORNERS - 2]> {
+    fn pieces(&self, ring: &Ring, rows: &RowSums) -> SmallVec<[Piece; MAX_CORNERS - 2]> {
         let mut pieces = SmallVec::new();
-        let mut open = SmallVec::<[_; MOST_CORNERS]>::new();
+        let mut open = SmallVec::<[_; MAX_CORNERS]>::new();
         open.push([0, ring.len() - 1]);
         while let Some([i, j]) = open.pop() {
             let m = usize::from(self.apex[i][j]);
@@ -120,7 +120,7 @@ struct Link {
 }
 
 /// The links of `ring`, to be read before any of its triangles is written.
-fn links(surface: &Surface, ring: &Ring) -> SmallVec<[Link; MOST_CORNERS]> {
+fn links(surface: &Surface, ring: &Ring) -> SmallVec<[Link; MAX_CORNERS]> {
     let link = |&h: &u32| Link {
         vertex: surface.from(h),
         twin: surface.twin[h as usize],
@@ -143,9 +143,9 @@ pub(super) fn take_out(
     let mut slots = ring.links.iter().map(|&h| h / 3);
     let left = [slots.next().unwrap_or(NONE), slots.next().unwrap_or(NONE)];
     // The half-edges on the outer side of the triangles that are still to be made.
-    let mut open = SmallVec::<[_; MOST_CORNERS]>::new();
+    let mut open = SmallVec::<[_; MAX_CORNERS]>::new();
     open.push(NONE);
-    let mut made = SmallVec::<[_; MOST_CORNERS]>::new();
+    let mut made = SmallVec::<[_; MAX_CORNERS]>::new();
     for (piece, t) in plan.pieces.iter().zip(slots) {
         let Some(outer) = open.pop() else { break };
         let [i, m, j] = piece.corners.map(usize::from);
@@ -171,7 +171,7 @@ pub(super) fn take_out(
     for (&t, piece) in made.iter().zip(&plan.pieces) {
         surface.changed(rows, t, piece.cost);
     }
-    errors.share_out(surface, squares, &made);
+    errors.distribute(surface, squares, &made);
     left
 }
 
@@ -187,7 +187,7 @@ pub(super) fn put_in(
     spare: [u32; 2],
 ) {
     let links = links(surface, ring);
-    let mut slots: SmallVec<[u32; MOST_CORNERS]> = ring.links.iter().map(|&h| h / 3).collect();
+    let mut slots: SmallVec<[u32; MAX_CORNERS]> = ring.links.iter().map(|&h| h / 3).collect();
     slots.sort_unstable();
     slots.dedup();
     slots.extend(spare);
@@ -206,13 +206,12 @@ pub(super) fn put_in(
     surface.out[v as usize] = 3 * slots[0];
     for (i, &t) in slots.iter().enumerate() {
         let (cost, mean) = ring.triangle(pass.rows, i, p);
-        surface.take_up(t, cost, mean);
-        errors.look_again(surface, t, pass);
+        surface.set_triangle(t, cost, mean);
+        errors.remeasure(surface, t, pass);
     }
 }
 
-/// Writes half-edge `h`, tells its twin and, where it may serve as such, makes it the one that its
-/// vertex is entered by.
+/// Writes half-edge `h` and its twin's link and, where allowed, makes it the one that its vertex is entered by.
 fn attach(surface: &mut Surface, h: u32, link: Link) {
     let Link { vertex, twin, sums } = link;
     surface.origin[h as usize] = vertex;

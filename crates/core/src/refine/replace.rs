@@ -2,29 +2,27 @@
 
 use crate::parallel::prelude::*;
 
+use super::activity::Activity;
 use super::cost::Cost;
 use super::errors::Errors;
 use super::force::gradient;
 use super::pass::Pass;
 use super::patch::{Closing, put_in, take_out};
-use super::rest::Rest;
+use super::removal::{Candidate, RemovalCosts};
 use super::ring::Ring;
 use super::share::Turn;
 use super::surface::{NONE, Surface};
-use super::worth::{Candidate, Worth};
 use crate::geom::Point;
 
 /// Triangles that one piece of work looks at.
-const PACK: usize = 16;
+const CHUNK: usize = 16;
 
-/// So many vertices are planned for each that is re-placed, those that by their triangles' colours look the
-/// least needed, and as many triangles are tried for it, those of the largest errors; twice as many
-/// where it is looked at [thoroughly](super::options::Mode::Thorough).
+/// For each vertex that is re-placed, removals of this many are planned, those with the lowest bounds, and as many
+/// triangles of the largest errors are tried; twice as many in [thorough](super::options::Mode::Thorough) mode.
 const PLANNED: usize = 2;
 
-/// For two vertices that are re-placed on a [streamed](super::options::Mode::Stream) video so many triangles are
-/// tried. Measured on seven clips: a hundredth more error than with four, 1 to 2 % less time for a step; with
-/// two, 3 % more error.
+/// In [streams](super::options::Mode::Stream), triangles that are tried for every two vertices. Measured on seven
+/// clips: a hundredth more error than with four, 1 to 2 % less time for a step; with two, 3 % more error.
 const TRIED_FOR_TWO: usize = 3;
 
 /// A place for a vertex and what it gains there.
@@ -36,7 +34,7 @@ struct Opening {
 }
 
 impl Opening {
-    fn worth(&self, weight: f64) -> f64 {
+    fn score(&self, weight: f64) -> f64 {
         self.gain.total(weight).min(self.gain.error)
     }
 }
@@ -50,38 +48,38 @@ enum Site {
     Pair(u32),
 }
 
-/// Moves up to `most` inner vertices whose surroundings do best without them to the places where one
-/// more vertex gains most, the cheapest to the best, each as long as that pays. Looks at those parts of
-/// the mesh whose `turn` it is, and brings their `errors` up to date, on a running video those of all of it.
-/// Returns the vertices.
+/// Moves up to `limit` inner vertices whose surroundings do best without them to the places where one more vertex
+/// gains most, the cheapest to the best, each as long as that pays. Looks at those parts of the mesh whose `turn` it
+/// is, and updates their `errors`, in streams those of the whole mesh. Returns the vertices.
 pub(super) fn replace(
     surface: &mut Surface,
-    worth: &mut Worth,
+    removals: &mut RemovalCosts,
     errors: &mut Errors,
-    rest: &Rest,
-    most: usize,
+    activity: &Activity,
+    limit: usize,
     turn: Turn,
     pass: Pass,
 ) -> Vec<u32> {
-    if most == 0 {
-        // Vertices of what is running are chosen by them, too.
+    if limit == 0 {
+        // In streams the descent chooses its vertices by them, too.
         if pass.is_stream() {
-            errors.update(surface, rest, Turn::ALL, pass);
+            errors.update(surface, activity, Turn::ALL, pass);
         }
         return Vec::new();
     }
-    let planned = most * if pass.is_thorough() { 2 * PLANNED } else { PLANNED };
-    let tried = if pass.is_stream() { (TRIED_FOR_TWO * most).div_ceil(2) } else { planned };
-    let (leaving, openings) = look([planned, tried], turn, surface, rest, (worth, errors), pass);
+    let planned = limit * if pass.is_thorough() { 2 * PLANNED } else { PLANNED };
+    let tried = if pass.is_stream() { (TRIED_FOR_TWO * limit).div_ceil(2) } else { planned };
+    let (leaving, openings) =
+        look([planned, tried], turn, surface, activity, (removals, errors), pass);
     let weight = pass.weight;
-    let mut taken = std::mem::take(&mut worth.taken);
+    let mut taken = std::mem::take(&mut removals.taken);
     taken.clear();
     taken.resize(surface.triangles(), false);
     let mut replaced = Vec::new();
     let (mut ring, mut around, mut closing) = <(Ring, Ring, Closing)>::default();
     let mut leaving = leaving.into_iter();
     for opening in openings {
-        if replaced.len() == most {
+        if replaced.len() == limit {
             break;
         }
         // Where a triangle was touched in this pass, half-edges may have other neighbours by now.
@@ -92,23 +90,23 @@ pub(super) fn replace(
         if ring
             .links
             .iter()
-            .any(|&h| taken[h as usize / 3] || !rest.allows_triangle(surface, h / 3))
+            .any(|&h| taken[h as usize / 3] || !activity.is_active_triangle(surface, h / 3))
         {
             continue;
         }
         // The cheapest vertex whose surroundings nothing has touched in this pass.
         let next = leaving.find(|&(_, i)| {
-            let v = worth.candidates[i].vertex;
+            let v = removals.candidates[i].vertex;
             around.surround(surface, v, surface.around(v));
             let free =
                 |&h: &u32| !taken[h as usize / 3] && ring.links.iter().all(|&g| g / 3 != h / 3);
             around.links.iter().all(free)
         });
-        let Some((loss, i)) = next else { break };
-        if opening.worth(weight) - loss <= pass.min_gain {
+        let Some((cost, i)) = next else { break };
+        if opening.score(weight) - cost <= pass.min_gain {
             break;
         }
-        let Candidate { vertex: v, plan, .. } = &worth.candidates[i];
+        let Candidate { vertex: v, plan, .. } = &removals.candidates[i];
         let sought = if plan.is_some() {
             None
         } else {
@@ -125,7 +123,7 @@ pub(super) fn replace(
         put_in(surface, errors, pass, &ring, *v, opening.place, spare);
         replaced.push(*v);
     }
-    worth.taken = taken;
+    removals.taken = taken;
     replaced
 }
 
@@ -135,40 +133,40 @@ fn look(
     [planned, tried]: [usize; 2],
     turn: Turn,
     surface: &Surface,
-    rest: &Rest,
-    (worth, errors): (&mut Worth, &mut Errors),
+    activity: &Activity,
+    (removals, errors): (&mut RemovalCosts, &mut Errors),
     pass: Pass,
 ) -> (Vec<(f64, usize)>, Vec<Opening>) {
-    let mut worst = std::mem::take(&mut worth.worst);
-    let is_open = |&t: &u32| turn.has(t) && rest.allows_triangle(surface, t);
-    // What is running looks for openings meanwhile: there nearly all can pay, and threads wait less.
+    let mut worst = std::mem::take(&mut removals.worst);
+    let is_open = |&t: &u32| turn.has(t) && activity.is_active_triangle(surface, t);
+    // In streams openings are looked for at the same time: nearly all of them can pay there, and threads wait less.
     let ((), early) = crate::parallel::join(
-        || worth.update(surface, rest, turn, planned, pass),
+        || removals.update(surface, activity, turn, planned, pass),
         || {
-            errors.update(surface, rest, if pass.is_stream() { Turn::ALL } else { turn }, pass);
+            errors.update(surface, activity, if pass.is_stream() { Turn::ALL } else { turn }, pass);
             find_worst(surface, errors, is_open, tried, &mut worst);
-            pass.is_stream().then(|| openings(surface, rest, &worst, pass))
+            pass.is_stream().then(|| openings(surface, activity, &worst, pass))
         },
     );
     // Taking out costs, and putting in gains, whichever is worse of error and error with shape: so a
     // pair that pays pays in both.
-    let leaving = worth.prices(pass.weight);
+    let leaving = removals.prices(pass.weight);
     // A triangle whose error is below the price cannot pay for a vertex.
     let price = leaving.first().map_or(f64::INFINITY, |&(price, _)| price);
     let payers = worst.partition_point(|&(error, _)| error > price);
-    let mut openings = early.unwrap_or_else(|| openings(surface, rest, &worst[..payers], pass));
+    let mut openings = early.unwrap_or_else(|| openings(surface, activity, &worst[..payers], pass));
     openings.retain(|opening| errors.of(opening.site.triangle()) > price);
-    worth.worst = worst;
+    removals.worst = worst;
     (leaving, openings)
 }
 
-/// Fills `worst` with the errors and numbers of the `most` triangles of the largest error among those that
+/// Fills `worst` with the errors and numbers of the `limit` triangles of the largest error among those that
 /// are open, the worst first.
 fn find_worst(
     surface: &Surface,
     errors: &Errors,
     is_open: impl Fn(&u32) -> bool,
-    most: usize,
+    limit: usize,
     worst: &mut Vec<(f64, u32)>,
 ) {
     worst.clear();
@@ -177,24 +175,29 @@ fn find_worst(
     let open = (0..surface.triangles() as u32).filter(is_open);
     worst.extend(open.map(|t| (errors.of(t), t)));
     let order = |a: &(f64, u32), b: &(f64, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
-    if worst.len() > most {
-        worst.select_nth_unstable_by(most, order);
-        worst.truncate(most);
+    if worst.len() > limit {
+        worst.select_nth_unstable_by(limit, order);
+        worst.truncate(limit);
     }
     worst.sort_unstable_by(order);
 }
 
 /// The best openings in the triangles `worst`, the best first.
-fn openings(surface: &Surface, rest: &Rest, worst: &[(f64, u32)], pass: Pass) -> Vec<Opening> {
+fn openings(
+    surface: &Surface,
+    activity: &Activity,
+    worst: &[(f64, u32)],
+    pass: Pass,
+) -> Vec<Opening> {
     let found: Vec<Option<Opening>> = worst
         .par_iter()
-        .with_min_len(PACK)
+        .with_min_len(CHUNK)
         .map_init(<[Ring; 2]>::default, |rings, &(_, t)| {
-            best_opening(surface, rest, t, pass, rings)
+            best_opening(surface, activity, t, pass, rings)
         })
         .collect();
     let mut openings: Vec<Opening> = found.into_iter().flatten().collect();
-    let gain = |o: &Opening| o.worth(pass.weight);
+    let gain = |o: &Opening| o.score(pass.weight);
     openings.sort_unstable_by(|a, b| gain(b).total_cmp(&gain(a)).then(a.site.cmp(&b.site)));
     openings
 }
@@ -203,14 +206,14 @@ fn openings(surface: &Surface, rest: &Rest, worst: &[(f64, u32)], pass: Pass) ->
 /// from where it steps down the error. `rings` are memory.
 fn best_opening(
     surface: &Surface,
-    rest: &Rest,
+    activity: &Activity,
     t: u32,
     pass: Pass,
     [ring, best_ring]: &mut [Ring; 2],
 ) -> Option<Opening> {
     let has_other = |h: &u32| {
         let twin = surface.twin[*h as usize];
-        twin != NONE && rest.looks_at(twin / 3)
+        twin != NONE && activity.covers(twin / 3)
     };
     let pairs = (3 * t..3 * t + 3).filter(has_other).map(Site::Pair);
     let mut best: Option<(Opening, Cost)> = None;
@@ -219,7 +222,7 @@ fn best_opening(
         let place = site.centre(surface);
         if let Some(cost) = ring.try_at(pass.rows, place) {
             let found = Opening { gain: site.cost(surface) + cost.scaled(-1.0), site, place };
-            if best.is_none_or(|(b, _)| found.worth(pass.weight) > b.worth(pass.weight)) {
+            if best.is_none_or(|(b, _)| found.score(pass.weight) > b.score(pass.weight)) {
                 best = Some((found, cost));
                 std::mem::swap(ring, best_ring);
             }
@@ -230,8 +233,8 @@ fn best_opening(
     Some(Opening { gain: site.cost(surface) + cost.scaled(-1.0), site, place })
 }
 
-/// Steps that a new vertex takes before its gain is counted, and where it is looked at
-/// [thoroughly](super::options::Mode::Thorough): it will go on with all others.
+/// Steps that a new vertex takes before its gain is counted, and those in [thorough](super::options::Mode::Thorough)
+/// mode: it will go on with all others.
 const SETTLING: usize = 2;
 const CLOSE_SETTLING: usize = 4;
 

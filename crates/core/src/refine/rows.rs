@@ -23,7 +23,7 @@ pub(super) struct RowSums {
     /// [`TOGETHER`] after the last.
     starts: Vec<u32>,
     /// Whether triangles may be longer than [`EXTENT`].
-    vast: bool,
+    needs_wide_sums: bool,
     /// Packed colours of the pixels left of each column, wrapping.
     colour: Vec<u64>,
     /// Alpha likewise; empty when the frame is opaque.
@@ -34,7 +34,7 @@ pub(super) struct RowSums {
     /// lie together where four of `colour` do.
     squares_before: Vec<u32>,
     /// Whether they are of this frame.
-    has_thin: bool,
+    has_subsampled: bool,
 }
 
 /// Rows that lie together.
@@ -48,12 +48,12 @@ impl Default for RowSums {
         Self {
             size: Size::new(0, 0),
             starts: Vec::new(),
-            vast: false,
+            needs_wide_sums: false,
             colour: Vec::new(),
             alpha: Vec::new(),
             squares: 0,
             squares_before: Vec::new(),
-            has_thin: false,
+            has_subsampled: false,
         }
     }
 }
@@ -86,10 +86,10 @@ impl RowSums {
         sums
     }
 
-    /// As [`RowSums::edge`], and the [thin](super::thin) sums, of a frame that [has](RowSums::has_thin) them.
+    /// As [`RowSums::edge`], and the [subsampled](super::subsampled) sums, of a frame that [has](RowSums::has_subsampled) them.
     #[inline(always)]
     pub(super) fn edges(&self, from: Point, to: Point) -> [Sums; 2] {
-        debug_assert!(self.has_thin, "squares would be an older frame's");
+        debug_assert!(self.has_subsampled, "squares would be an older frame's");
         if from.y <= to.y {
             self.both_falling(from, to)
         } else {
@@ -99,9 +99,9 @@ impl RowSums {
 
     #[inline(always)]
     fn both_falling(&self, upper: Point, lower: Point) -> [Sums; 2] {
-        let (mut all, mut thin) = (Sums::default(), Sums::default());
+        let (mut all, mut subsampled) = (Sums::default(), Sums::default());
         let first = self.starts.first().map_or(0, |&first| first as usize);
-        // No branch on which rows are thin: it would be foreseen wrongly once an edge.
+        // No branch on which rows are subsampled: it would be mispredicted once an edge.
         let mut taken = if first_centre(upper.y) % 2 == 0 { u64::MAX } else { 0 };
         self.crossings(
             upper,
@@ -113,12 +113,12 @@ impl RowSums {
                 let weight = u64::from(squares) << 32 | column as u64;
                 all.weight = all.weight.wrapping_add(column as u64);
                 all.colour = all.colour.wrapping_add(colour);
-                thin.weight = thin.weight.wrapping_add(weight & taken);
-                thin.colour = thin.colour.wrapping_add(colour & taken);
+                subsampled.weight = subsampled.weight.wrapping_add(weight & taken);
+                subsampled.colour = subsampled.colour.wrapping_add(colour & taken);
                 taken = !taken;
             },
         );
-        [all, thin]
+        [all, subsampled]
     }
 
     /// Calls `visit` with the first column right of the edge and its entry's index, row by row.
@@ -147,7 +147,7 @@ impl RowSums {
         // A convex shape covers at most its area, half its perimeter and one more centre; the half
         // perimeter is at most width and height of the box around it.
         const LARGE: i64 = 2 * (SUBPIXEL as i64) * (SUBPIXEL as i64) * (NARROW as i64 / 2);
-        if doubled >= LARGE || (self.vast && extent(triangle) >= EXTENT) {
+        if doubled >= LARGE || (self.needs_wide_sums && extent(triangle) >= EXTENT) {
             return self.wide(triangle);
         }
         Total::of(sums)
@@ -156,8 +156,8 @@ impl RowSums {
     /// As [`RowSums::total`], for triangles of any size.
     #[inline]
     pub(super) fn wide(&self, triangle: [Point; 3]) -> Total {
-        // Plain numbers come back, not a total: then none has a place in memory, the others neither. There
-        // it would be written number by number and read two at a time, for which processors wait.
+        // Returns numbers, not a `Total`, so that totals stay in registers: one in memory would be written number by
+        // number and read two at a time, which stalls.
         let [count, r, g, b, alpha] = self.wide_sums(triangle);
         Total::new(count, [r, g, b], alpha)
     }
@@ -211,13 +211,13 @@ impl RowSums {
         squares as f64
     }
 
-    /// Whether there are [thin](super::thin) sums: of opaque frames, where they are wanted.
-    pub(super) fn has_thin(&self) -> bool {
-        self.has_thin
+    /// Whether there are [subsampled](super::subsampled) sums: of opaque frames, where they are wanted.
+    pub(super) fn has_subsampled(&self) -> bool {
+        self.has_subsampled
     }
 
     /// Those of `triangle`.
-    pub(super) fn thin(&self, [a, b, c]: [Point; 3]) -> Sums {
+    pub(super) fn subsampled(&self, [a, b, c]: [Point; 3]) -> Sums {
         let edge = |from, to| self.edges(from, to)[1];
         edge(a, b) + edge(b, c) + edge(c, a)
     }

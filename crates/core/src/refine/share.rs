@@ -59,7 +59,7 @@ impl Turn {
     /// All of them.
     pub(super) const ALL: Self = Self { slices: 1, slice: 0, round: 0 };
 
-    /// The turn of the `pass`-th of passes that take up one of `slices` slices each.
+    /// The turn of pass number `pass`, of passes that cover one of `slices` slices each.
     pub(super) fn new(slices: u32, pass: u32) -> Self {
         Self { slices, slice: pass % slices, round: pass / slices }
     }

@@ -1,27 +1,26 @@
 //! One step: vertices are re-placed, vertices move, and edges flip.
 
+use super::activity::Activity;
 use super::descend::Descent;
 use super::errors::Errors;
 use super::flip::{Diagonal, flip};
 use super::pass::Pass;
+use super::removal::RemovalCosts;
 use super::replace::replace;
-use super::rest::Rest;
 use super::share::{Share, Turn};
 use super::surface::Surface;
-use super::worth::Worth;
 
-/// Where none but wrong places are to change, a triangle whose error is so many least gains is one: as much
-/// as a triangle of a plain grid has.
+/// Error from which on maintenance treats a triangle as wrong, in minimum gains: that of a triangle of a plain grid.
 const WRONG: f64 = 50.0;
 
-/// The three kinds of change: memory that is used again, and what they have learnt of the mesh.
+/// The three kinds of change: their scratch, and what they have learnt of the mesh.
 #[derive(Debug, Default)]
 pub(super) struct Stepper {
     descent: Descent,
-    worth: Worth,
+    removals: RemovalCosts,
     errors: Errors,
-    /// Where nothing is to change for now.
-    pub(super) rest: Rest,
+    /// Where the mesh may change.
+    pub(super) activity: Activity,
     diagonals: Vec<Vec<Diagonal>>,
     /// The tick of the surface's clock at which the step before ended, or the frame began.
     since: u32,
@@ -46,31 +45,31 @@ impl Changes {
 }
 
 impl Stepper {
-    /// Nothing is known of a mesh of so many `vertices` yet.
+    /// Forgets what was learnt, for a new mesh with this number of `vertices`.
     pub(super) fn forget(&mut self, vertices: usize) {
         self.descent.reset(vertices);
-        self.worth.start_anew();
+        self.removals.restart();
     }
 
     /// A new frame. `carried` says that triangles and half-edges are those of the frame before; then time
     /// passes for the vertices of `share`.
     pub(super) fn begin(&mut self, surface: &mut Surface, carried: bool, share: Share, pass: Pass) {
         if carried {
-            self.rest.wake(surface, share, pass);
+            self.activity.activate_changed(surface, share, pass);
         } else {
-            self.rest.reset(surface);
+            self.activity.reset(surface);
         }
         self.start(surface, pass);
     }
 
     fn start(&mut self, surface: &Surface, pass: Pass) {
-        self.worth.reset(surface.at.len());
+        self.removals.reset(surface.at.len());
         self.errors.begin(surface, pass);
         self.since = surface.clock;
     }
 
-    /// As [`Stepper::begin`], where only the triangles `here` are looked at in this frame.
-    pub(super) fn begin_some(
+    /// As [`Stepper::begin`], for a frame that covers only the triangles `here`.
+    pub(super) fn begin_in(
         &mut self,
         surface: &mut Surface,
         carried: bool,
@@ -78,44 +77,45 @@ impl Stepper {
         pass: Pass,
     ) {
         if !carried {
-            self.rest.reset(surface);
+            self.activity.reset(surface);
         }
-        self.rest.wake_some(surface, here, pass);
+        self.activity.activate_changed_in(surface, here, pass);
         self.start(surface, pass);
     }
 
-    /// Re-places up to `most` vertices, not more than there are wrong places, and turns edges; none moves.
-    pub(super) fn tend(&mut self, surface: &mut Surface, most: usize, pass: Pass) -> Changes {
-        let Self { descent, worth, errors, rest, diagonals, since } = self;
+    /// Re-places up to `limit` vertices, not more than there are wrong places, and turns edges; none moves.
+    pub(super) fn maintain(&mut self, surface: &mut Surface, limit: usize, pass: Pass) -> Changes {
+        let Self { descent, removals, errors, activity, diagonals, since } = self;
         surface.clock += 1;
-        errors.update(surface, rest, Turn::ALL, pass);
-        let is_wrong =
-            |&t: &u32| rest.allows_triangle(surface, t) && errors.of(t) > WRONG * pass.min_gain;
+        errors.update(surface, activity, Turn::ALL, pass);
+        let is_wrong = |&t: &u32| {
+            activity.is_active_triangle(surface, t) && errors.of(t) > WRONG * pass.min_gain
+        };
         let wrong = (0..surface.triangles() as u32).filter(is_wrong).count();
-        let most = most.min(wrong);
-        let replaced = replace(surface, worth, errors, rest, most, Turn::ALL, pass);
-        descent.start_anew(&replaced);
-        let flipped = flip(surface, errors, rest, *since, pass, diagonals);
+        let limit = limit.min(wrong);
+        let replaced = replace(surface, removals, errors, activity, limit, Turn::ALL, pass);
+        descent.restart(&replaced);
+        let flipped = flip(surface, errors, activity, *since, pass, diagonals);
         Changes { moved: 0, flipped, replaced }
     }
 
-    /// Re-places up to `most` vertices, of a share of the mesh that is dealt out in so many `turns`, lets
-    /// those of `share` move, and turns edges.
+    /// Re-places up to `limit` vertices, of one of `turns` shares of the mesh, lets those of `share` move, and turns
+    /// edges.
     pub(super) fn step(
         &mut self,
         surface: &mut Surface,
         share: Share,
-        most: usize,
+        limit: usize,
         turns: u32,
         pass: Pass,
     ) -> Changes {
-        let Self { descent, worth, errors, rest, diagonals, since } = self;
+        let Self { descent, removals, errors, activity, diagonals, since } = self;
         surface.clock += 1;
-        let turn = worth.turn(turns);
-        let replaced = replace(surface, worth, errors, rest, most, turn, pass);
-        descent.start_anew(&replaced);
-        let moved = descent.step(surface, share, rest, errors, pass);
-        let flipped = flip(surface, errors, rest, *since, pass, diagonals);
+        let turn = removals.turn(turns);
+        let replaced = replace(surface, removals, errors, activity, limit, turn, pass);
+        descent.restart(&replaced);
+        let moved = descent.step(surface, share, activity, errors, pass);
+        let flipped = flip(surface, errors, activity, *since, pass, diagonals);
         *since = surface.clock;
         Changes { moved, flipped, replaced }
     }
@@ -150,17 +150,21 @@ mod tests {
                 let Changes { moved, flipped, replaced } =
                     stepper.step(&mut surface, Share::ALL, 12, 1, pass);
                 assert!(moved.min(flipped).min(replaced.len()) > 4, "nothing to tell");
-                let (mut told, mut guessed, mut exact) = (0, 0.0, 0.0);
+                let (mut reported, mut guessed, mut exact) = (0, 0.0, 0.0);
                 for t in 0..surface.triangles() as u32 {
                     let error = stepper.errors.of(t);
                     if error.is_finite() {
-                        told += 1;
+                        reported += 1;
                         guessed += error;
                         let squares = rows.squares_of(&target, surface.corners(t));
                         exact += squares + surface.cost[t as usize].error;
                     }
                 }
-                assert!(told * 10 >= surface.triangles() * 9, "{told} of {}", surface.triangles());
+                assert!(
+                    reported * 10 >= surface.triangles() * 9,
+                    "{reported} of {}",
+                    surface.triangles()
+                );
                 assert!((guessed / exact - 1.0).abs() < 0.15, "{guessed} for {exact}");
             }
         }

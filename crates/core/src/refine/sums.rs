@@ -16,7 +16,7 @@ use crate::frame::{Fill, Rgba};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Sums {
     /// Pixels in the lower half; in the upper one alpha, in frames that are not opaque, or the squares of
-    /// [thin](super::thin) sums.
+    /// [subsampled](super::subsampled) sums.
     pub(super) weight: u64,
     /// Premultiplied red, green and blue, [`FIELD`] bits each from the lowest.
     pub(super) colour: u64,

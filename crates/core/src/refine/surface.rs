@@ -5,7 +5,7 @@ mod measure;
 
 use super::cost::Cost;
 use super::mean::Mean;
-use super::nearby::Nearby;
+use super::morton::MortonOrder;
 use super::rows::RowSums;
 use super::sums::{Sums, Total};
 use crate::frame::Fill;
@@ -63,9 +63,9 @@ pub(super) struct Surface {
     pub(super) cost: Vec<Cost>,
     /// Its mean colour and number of pixels.
     pub(super) mean: Vec<Mean>,
-    /// About the squared error of each triangle of a running video as it was measured, in squared 8-bit steps;
-    /// infinite where that is not known.
-    pub(super) about: Vec<f32>,
+    /// In streams, an estimate of the squared error of each triangle as it was measured, in squared 8-bit steps;
+    /// infinite where there is none.
+    pub(super) estimate: Vec<f32>,
     /// When each triangle last changed, in ticks of `clock`.
     pub(super) stamp: Vec<u32>,
     /// Counts passes over the mesh.
@@ -74,12 +74,12 @@ pub(super) struct Surface {
     pub(super) stored: Vec<[u32; 3]>,
     /// Their second corners and their numbers: no two triangles share two corners in order.
     numbered: Vec<(u32, u32)>,
-    nearby: Nearby,
-    /// Memory for the triangles' new numbers, and for a list in a new order.
+    morton: MortonOrder,
+    /// Scratch for the triangles' new numbers, and for a list in a new order.
     new: Vec<u32>,
     spare: Vec<u32>,
-    /// Vertices that a step looks at.
-    pub(super) awake: Vec<bool>,
+    /// Vertices that a step visits: the active set.
+    pub(super) active: Vec<bool>,
 }
 
 impl Default for Surface {
@@ -94,15 +94,15 @@ impl Default for Surface {
             sums: Vec::new(),
             cost: Vec::new(),
             mean: Vec::new(),
-            about: Vec::new(),
+            estimate: Vec::new(),
             stamp: Vec::new(),
             clock: 0,
             stored: Vec::new(),
             numbered: Vec::new(),
-            nearby: Nearby::default(),
+            morton: MortonOrder::default(),
             new: Vec::new(),
             spare: Vec::new(),
-            awake: Vec::new(),
+            active: Vec::new(),
         }
     }
 }
@@ -139,13 +139,12 @@ impl Surface {
         self.clock = 1;
         self.stamp.clear();
         self.stamp.resize(mesh.triangles.len(), self.clock);
-        self.awake.clear();
-        self.awake.resize(self.at.len(), true);
+        self.active.clear();
+        self.active.resize(self.at.len(), true);
     }
 
-    /// Takes `mesh` over from the last frame.
-    /// Returns whether its triangles are still the same: then only vertices have moved, and triangles
-    /// and half-edges keep their numbers.
+    /// Links `mesh`, which comes from the last frame. Returns whether its triangles are still the same: then only
+    /// vertices have moved, and triangles and half-edges keep their numbers.
     pub(super) fn relink(&mut self, mesh: &Mesh) -> bool {
         let same = mesh.size == self.size && mesh.triangles == self.stored;
         if same {
@@ -158,7 +157,7 @@ impl Surface {
     }
 
     fn put_in_order(&mut self) {
-        let order = self.nearby.sort(self.size, self.at.iter().copied());
+        let order = self.morton.sort(self.size, self.at.iter().copied());
         self.order.clear();
         self.order.extend_from_slice(order);
     }
@@ -168,9 +167,9 @@ impl Surface {
     /// means are to be [measured](Surface::measure) afterwards.
     pub(super) fn renumber(&mut self) -> &[u32] {
         self.put_in_order();
-        let Self { size, at, origin, twin, out, stamp, numbered, nearby, new, spare, .. } = self;
+        let Self { size, at, origin, twin, out, stamp, numbered, morton, new, spare, .. } = self;
         let firsts = origin.iter().step_by(3).map(|&v| at[v as usize]);
-        let old = nearby.sort(*size, firsts);
+        let old = morton.sort(*size, firsts);
         new.resize(old.len(), 0);
         for (number, &t) in (0u32..).zip(old) {
             new[t as usize] = number;
@@ -273,16 +272,16 @@ impl Surface {
     /// Takes up that triangle `t` has changed, after its sums: its cost, its mean, its stamp, and its
     /// vertices wake up.
     pub(super) fn changed(&mut self, rows: &RowSums, t: u32, cost: Cost) {
-        self.take_up(t, cost, Mean::of(&self.total(rows, t)));
+        self.set_triangle(t, cost, Mean::of(&self.total(rows, t)));
     }
 
     /// The same, where the mean is known.
-    pub(super) fn take_up(&mut self, t: u32, cost: Cost, mean: Mean) {
+    pub(super) fn set_triangle(&mut self, t: u32, cost: Cost, mean: Mean) {
         self.cost[t as usize] = cost;
         self.mean[t as usize] = mean;
         self.stamp[t as usize] = self.clock;
         for i in 0..3 {
-            self.awake[self.origin[(3 * t + i) as usize] as usize] = true;
+            self.active[self.origin[(3 * t + i) as usize] as usize] = true;
         }
     }
 

@@ -1,10 +1,10 @@
 //! What holds of every refinement, whatever the picture and the seeds.
 
+mod maintain;
 mod places;
 mod same;
 mod slope;
 mod steps;
-mod tend;
 mod video;
 
 use super::*;

@@ -14,16 +14,21 @@ use crate::vector::widest;
 
 impl RowSums {
     /// Takes the sums of `target`, in the memory of the last one's; `thinly`, and where it is opaque, with what
-    /// [thin](super::super::thin) sums need.
-    pub(in crate::refine) fn load(&mut self, target: &Target, thinly: bool) {
-        self.load_rows(target, 0..target.size().height, thinly);
+    /// [subsampled](super::subsampled) sums need.
+    pub(in crate::refine) fn load(&mut self, target: &Target, subsample: bool) {
+        self.load_rows(target, 0..target.size().height, subsample);
     }
 
-    /// The same of its `rows`, and perhaps of some beside them; of others nothing may be asked.
-    pub(in crate::refine) fn load_rows(&mut self, target: &Target, rows: Range<u32>, thinly: bool) {
+    /// The same of its `rows`, and perhaps of some next to them; sums of others must not be read.
+    pub(in crate::refine) fn load_rows(
+        &mut self,
+        target: &Target,
+        rows: Range<u32>,
+        subsample: bool,
+    ) {
         let (picture, size) = (target.picture(), target.size());
         self.size = size;
-        self.vast = (size.width + size.height) as i32 * SUBPIXEL >= EXTENT;
+        self.needs_wide_sums = (size.width + size.height) as i32 * SUBPIXEL >= EXTENT;
         let height = size.height as usize;
         let group = ((size.width as usize + 1) * TOGETHER).next_multiple_of(LINE);
         let entries = group * height.div_ceil(TOGETHER);
@@ -35,26 +40,29 @@ impl RowSums {
         self.starts.extend((0..height).map(start));
         let colour = &mut self.colour[aligned..aligned + entries];
         self.alpha.clear();
-        self.has_thin = thinly && target.is_opaque();
+        self.has_subsampled = subsample && target.is_opaque();
         if target.is_opaque() {
             let groups = rows.start as usize / TOGETHER..(rows.end as usize).div_ceil(TOGETHER);
             let rows = groups.start * TOGETHER..height.min(groups.end * TOGETHER);
             let colour = &mut colour[groups.start * group..groups.end * group];
             let colour = colour.par_chunks_mut(group);
             let width = size.width as usize;
-            let sum = |pixels: &[Rgba], colour: &mut [u64], thin: Option<&mut [u32]>| {
+            let sum = |pixels: &[Rgba], colour: &mut [u64], subsampled: Option<&mut [u32]>| {
                 let counted = pixels.len() / width;
-                // Below the frame the last row stands in for those that nobody asks for.
+                // Below the frame the last row stands in for rows whose sums are not read.
                 let row = |i: usize| &pixels[i.min(counted - 1) * width..][..width];
-                sum_opaque([row(0), row(1), row(2), row(3)], counted, colour, thin)
+                sum_opaque([row(0), row(1), row(2), row(3)], counted, colour, subsampled)
             };
-            self.squares = if self.has_thin {
+            self.squares = if self.has_subsampled {
                 self.squares_before.resize(entries / 2, 0);
                 let (first, last) = (groups.start * group / 2, groups.end * group / 2);
-                let thin = self.squares_before[first..last].par_chunks_mut(group / 2);
-                picture.pass_over(rows, TOGETHER, colour.zip(thin), |pixels, (colour, thin)| {
-                    sum(pixels, colour, Some(thin))
-                })
+                let subsampled = self.squares_before[first..last].par_chunks_mut(group / 2);
+                picture.pass_over(
+                    rows,
+                    TOGETHER,
+                    colour.zip(subsampled),
+                    |pixels, (colour, subsampled)| sum(pixels, colour, Some(subsampled)),
+                )
             } else {
                 picture
                     .pass_over(rows, TOGETHER, colour, |pixels, colour| sum(pixels, colour, None))
@@ -82,7 +90,7 @@ fn sum_opaque(
     rows: [&[Rgba]; TOGETHER],
     counted: usize,
     out: &mut [u64],
-    thin: Option<&mut [u32]>,
+    subsampled: Option<&mut [u32]>,
 ) -> u64 {
     let [a, b, c, d] = rows;
     let (out, _) = out.as_chunks_mut::<TOGETHER>();
@@ -99,19 +107,19 @@ fn sum_opaque(
                 }
             }
             out[a.len()] = sums;
-            // Thin sums have those of every second row already.
-            let step = if thin.is_some() { 2 } else { 1 };
+            // Subsampled sums have those of every second row already.
+            let step = if subsampled.is_some() { 2 } else { 1 };
             // No map_or: see `widest`.
-            let thin = match thin {
-                Some(thin) => sum_squares(a, c, thin.as_chunks_mut::<2>().0),
+            let subsampled = match subsampled {
+                Some(subsampled) => sum_squares(a, c, subsampled.as_chunks_mut::<2>().0),
                 None => [0; 2],
             };
             let mut others = LaneSquares::default();
             for row in rows[..counted].iter().skip(step - 1).step_by(step) {
                 others.add(row, row.len());
             }
-            let thin = thin.iter().take(counted.div_ceil(2)).map(|&sum| u64::from(sum));
-            thin.sum::<u64>() + others.total()
+            let subsampled = subsampled.iter().take(counted.div_ceil(2)).map(|&sum| u64::from(sum));
+            subsampled.sum::<u64>() + others.total()
         },
     )
 }

@@ -7,29 +7,29 @@ use crate::geom::{Point, orient};
 use crate::refine::cost::Cost;
 use crate::refine::mean::Mean;
 use crate::refine::rows::RowSums;
+use crate::refine::subsampled;
 use crate::refine::sums::Sums;
-use crate::refine::thin;
 
 /// Triangles that are one piece of work.
-const PACK: usize = 256;
+const CHUNK: usize = 256;
 
 impl Surface {
     /// Sums and costs of all edges and triangles over a new frame, and about their errors where `rows` has what
     /// tells them.
     pub(in crate::refine) fn measure(&mut self, rows: &RowSums) {
-        let thinly = rows.has_thin();
-        let Self { at, origin, twin, sums, cost, mean, about, .. } = self;
+        let subsample = rows.has_subsampled();
+        let Self { at, origin, twin, sums, cost, mean, estimate, .. } = self;
         let triangles = origin.len() / 3;
         sums.resize(origin.len(), Sums::default());
         cost.resize(triangles, Cost::default());
         mean.resize(triangles, Mean::default());
-        about.resize(triangles, f32::INFINITY);
-        let packs = sums.par_chunks_mut(3 * PACK).zip(cost.par_chunks_mut(PACK));
-        let packs = packs.zip(mean.par_chunks_mut(PACK).zip(about.par_chunks_mut(PACK)));
+        estimate.resize(triangles, f32::INFINITY);
+        let packs = sums.par_chunks_mut(3 * CHUNK).zip(cost.par_chunks_mut(CHUNK));
+        let packs = packs.zip(mean.par_chunks_mut(CHUNK).zip(estimate.par_chunks_mut(CHUNK)));
         let place = |h: u32| at[origin[h as usize] as usize];
-        packs.enumerate().for_each(|(pack, ((sums, costs), (means, about)))| {
-            let first = (pack * 3 * PACK) as u32;
-            let thins = sum_up(rows, thinly, first, twin, place, sums);
+        packs.enumerate().for_each(|(pack, ((sums, costs), (means, estimate)))| {
+            let first = (pack * 3 * CHUNK) as u32;
+            let subsampled_sums = sum_up(rows, subsample, first, twin, place, sums);
             let (sums, _) = sums.as_chunks::<3>();
             let triangles = costs.iter_mut().zip(&mut *means).zip(sums);
             for (t, ((cost, mean), &[a, b, c])) in (first / 3..).zip(triangles) {
@@ -39,16 +39,18 @@ impl Surface {
                 *cost = Cost::with(&total, doubled, triangle);
                 *mean = Mean::of(&total);
             }
-            if thinly {
-                for ((about, mean), thin) in about.iter_mut().zip(means).zip(thins) {
-                    *about = thin::error(thin, mean.count);
+            if subsample {
+                for ((estimate, mean), subsampled) in
+                    estimate.iter_mut().zip(means).zip(subsampled_sums)
+                {
+                    *estimate = subsampled::error(subsampled, mean.count);
                 }
             }
         });
     }
 
     /// The same of those triangles that are `here`; the others keep what they had.
-    pub(in crate::refine) fn measure_some(&mut self, rows: &RowSums, here: &[bool]) {
+    pub(in crate::refine) fn measure_in(&mut self, rows: &RowSums, here: &[bool]) {
         self.sums.resize(self.origin.len(), Sums::default());
         self.cost.resize(here.len(), Cost::default());
         self.mean.resize(here.len(), Mean::default());
@@ -71,17 +73,17 @@ impl Surface {
 }
 
 /// Writes the `sums` of a pack's half-edges from the `first` on, whose `twin`s are told; `place` has where each
-/// begins. Returns the [thin] sums of its triangles if they are wanted.
+/// begins. Returns the [subsampled] sums of its triangles if they are wanted.
 #[inline(always)]
 fn sum_up(
     rows: &RowSums,
-    thinly: bool,
+    subsample: bool,
     first: u32,
     twin: &[u32],
     place: impl Fn(u32) -> Point,
     sums: &mut [Sums],
-) -> [Sums; PACK] {
-    let mut thins = [Sums::default(); PACK];
+) -> [Sums; CHUNK] {
+    let mut subsampled_sums = [Sums::default(); CHUNK];
     for i in 0..sums.len() {
         let h = first + i as u32;
         // Neighbours are close together: few of the twins lie in another pack, and are summed there once more.
@@ -90,12 +92,12 @@ fn sum_up(
             continue;
         }
         let (from, to) = (place(h), place(next(h)));
-        if thinly {
-            let thin;
-            [sums[i], thin] = rows.edges(from, to);
-            thins[i / 3] = thins[i / 3] + thin;
+        if subsample {
+            let subsampled;
+            [sums[i], subsampled] = rows.edges(from, to);
+            subsampled_sums[i / 3] = subsampled_sums[i / 3] + subsampled;
             if other < sums.len() {
-                thins[other / 3] = thins[other / 3] - thin;
+                subsampled_sums[other / 3] = subsampled_sums[other / 3] - subsampled;
             }
         } else {
             sums[i] = rows.edge(from, to);
@@ -104,7 +106,7 @@ fn sum_up(
             sums[other] = -sums[i];
         }
     }
-    thins
+    subsampled_sums
 }
 
 #[cfg(test)]
@@ -117,15 +119,15 @@ mod tests {
     /// Of a mesh of several packs, against each half-edge and triangle by itself.
     #[test]
     fn what_is_measured_together_is_what_each_has_alone() {
-        for (opaque, thinly) in [(true, true), (true, false), (false, true)] {
+        for (opaque, subsample) in [(true, true), (true, false), (false, true)] {
             let frame = picture(Size::new(201, 150), 5, 60, opaque);
             let mut rows = RowSums::default();
-            rows.load(&Target::Frame(&frame), thinly);
+            rows.load(&Target::Frame(&frame), subsample);
             let mut surface = Surface::default();
             surface.link(&scattered(frame.size(), 500));
-            assert!(surface.triangles() > 3 * PACK);
+            assert!(surface.triangles() > 3 * CHUNK);
             surface.measure(&rows);
-            let mut told = 0;
+            let mut reported = 0;
             for t in 0..surface.triangles() as u32 {
                 for h in 3 * t..3 * t + 3 {
                     let alone = rows.edge(surface.place(h), surface.place(next(h)));
@@ -134,15 +136,15 @@ mod tests {
                 let corners = surface.corners(t);
                 let mean = Mean::of(&rows.wide(corners));
                 assert_eq!(surface.mean[t as usize], mean);
-                let about = if thinly && opaque {
-                    thin::error(rows.thin(corners), mean.count)
+                let estimate = if subsample && opaque {
+                    subsampled::error(rows.subsampled(corners), mean.count)
                 } else {
                     f32::INFINITY
                 };
-                assert_eq!(surface.about[t as usize], about);
-                told += usize::from(about.is_finite());
+                assert_eq!(surface.estimate[t as usize], estimate);
+                reported += usize::from(estimate.is_finite());
             }
-            assert_eq!(told > surface.triangles() / 2, thinly && opaque, "{told}");
+            assert_eq!(reported > surface.triangles() / 2, subsample && opaque, "{reported}");
         }
     }
 }

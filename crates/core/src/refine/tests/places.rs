@@ -2,9 +2,9 @@
 
 use super::*;
 
-/// Infinite cost times a weight of nought is not a number: no hole could be closed.
+/// Infinite cost times a weight of zero is not a number: no hole could be closed.
 #[test]
-fn vertices_are_replaced_at_regularity_nought() {
+fn vertices_are_replaced_at_regularity_zero() {
     let frame = picture(Size::new(120, 90), 2, 0, true);
     let mut mesh = scattered(frame.size(), 200);
     let options = RefineOptions { regularity: 0.0, ..RefineOptions::normal() };

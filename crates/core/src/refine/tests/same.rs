@@ -86,7 +86,7 @@ fn new_numbers_change_nothing_but_the_order() {
         let Refiner { surface, rows, stepper, .. } = &mut refiner;
         let known = |surface: &Surface, stepper: &Stepper| {
             let triangles = (0..surface.triangles() as u32).map(|t| {
-                let colour = stepper.rest.colour_of(t).map(f32::to_bits);
+                let colour = stepper.activity.colour_of(t).map(f32::to_bits);
                 (Mesh::smallest_first([0, 1, 2].map(|i| surface.from(3 * t + i))), colour)
             });
             let mut known: Vec<_> = triangles.collect();
@@ -102,7 +102,7 @@ fn new_numbers_change_nothing_but_the_order() {
         };
         let (before, error, far) = (known(surface, stepper), surface.error(rows), way(surface));
         let fills = surface.stored_fills(rows);
-        stepper.rest.renumber(surface.renumber());
+        stepper.activity.renumber(surface.renumber());
         surface.measure(rows);
         assert_eq!(known(surface, stepper), before);
         assert!((surface.error(rows) / error - 1.0).abs() < 1e-9);

@@ -41,13 +41,13 @@ fn audit(surface: &Surface, rows: &RowSums) {
     }
 }
 
-fn places(most: usize) -> impl Strategy<Value = Vec<(f64, f64)>> {
+fn places(limit: usize) -> impl Strategy<Value = Vec<(f64, f64)>> {
     let anywhere = (0.0f64..=1.0, 0.0f64..=1.0);
     let border = (0.0f64..=1.0, prop_oneof![Just(0.0), Just(1.0)]);
     let clustered = (0.4f64..=0.45, 0.4f64..=0.45);
     let collinear = (0.0f64..=1.0, Just(0.5));
     let place = prop_oneof![4 => anywhere, 1 => border, 1 => clustered, 1 => collinear];
-    proptest::collection::vec((place, any::<bool>()), 0..most).prop_map(|all| {
+    proptest::collection::vec((place, any::<bool>()), 0..limit).prop_map(|all| {
         all.into_iter().map(|((x, y), turn)| if turn { (y, x) } else { (x, y) }).collect()
     })
 }

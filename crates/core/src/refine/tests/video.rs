@@ -223,7 +223,8 @@ fn an_residual_lowers_flicker() {
                 residual: ResidualRequest::new(coherence, refiner.take_buffers()),
                 ..PaintHints::default()
             };
-            let painted = painter.paint(&mesh, frame, 1, hints, |told| residual = told).frame;
+            let painted =
+                painter.paint(&mesh, frame, 1, hints, |reported| residual = reported).frame;
             if let Some((before, source)) = &last {
                 let all = painted.pixels().iter().zip(before.pixels());
                 let all = all.zip(frame.pixels().iter().zip(source.pixels())).flat_map(

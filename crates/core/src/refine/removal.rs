@@ -1,46 +1,46 @@
-//! What it costs to take vertices out of the mesh.
+//! The cost of removing each vertex from the mesh.
 
 use crate::parallel::prelude::*;
 
+use super::activity::Activity;
 use super::cost::Cost;
 use super::pass::Pass;
 use super::patch::{Closing, Plan};
-use super::rest::Rest;
 use super::ring::Ring;
 use super::share::Turn;
 use super::surface::{Fan, Surface, around_each};
 use crate::mesh::Place;
 
 /// Vertices that one piece of work looks at.
-const PACK: usize = 64;
+const CHUNK: usize = 64;
 
-/// What it costs to take each vertex out, as far as it is known.
+/// The removal cost of each vertex, as far as it is known.
 #[derive(Debug, Default)]
-pub(super) struct Worth {
-    /// Cost of the surroundings without the vertex, less their cost with it; infinite for vertices
-    /// that have to stay.
-    loss: Vec<Cost>,
+pub(super) struct RemovalCosts {
+    /// Removal cost: cost of the surroundings without the vertex, less their cost with it; infinite for vertices that
+    /// have to stay.
+    cost: Vec<Cost>,
     /// When that was found, in ticks of the surface's clock.
     asked: Vec<u32>,
-    /// By how much the squared error rises at most without each vertex, in the surface's order; infinite for those
-    /// that are not asked for.
-    rise: Vec<f32>,
+    /// Upper bounds of the rise in squared error without each vertex, in the surface's order; infinite for those that
+    /// are no candidates.
+    bounds: Vec<f32>,
     /// Vertices that may be taken out in this pass.
     pub(super) candidates: Vec<Candidate>,
-    /// Memory for the triangles of the largest errors, and for those that a pass has touched.
+    /// Scratch for the triangles of the largest errors, and for those that a pass has touched.
     pub(super) worst: Vec<(f64, u32)>,
     pub(super) taken: Vec<bool>,
     /// Passes over this mesh so far.
     passes: u32,
 }
 
-/// A pass that may re-place few vertices looks at this many for each of them, in turns. Measured: 8
-/// gain more in the same time than 32 or all; but see [`Mode::Stream`](super::options::Mode::Stream).
+/// A pass that may re-place few vertices evaluates this many for each of them, in turns. Measured: 8 gain more in the
+/// same time than 32 or all; but see [`Mode::Stream`](super::options::Mode::Stream).
 const LOOKED_AT: usize = 8;
 
-/// Passes until every vertex has had its turn, when each may re-place `most`.
-pub(super) fn turns(vertices: usize, most: usize) -> u32 {
-    if most == 0 { 1 } else { (vertices / (most * LOOKED_AT)).max(1) as u32 }
+/// Passes until every vertex has had its turn, if each may re-place `limit`.
+pub(super) fn turns(vertices: usize, limit: usize) -> u32 {
+    if limit == 0 { 1 } else { (vertices / (limit * LOOKED_AT)).max(1) as u32 }
 }
 
 /// A vertex that may be taken out.
@@ -48,13 +48,13 @@ pub(super) fn turns(vertices: usize, most: usize) -> u32 {
 pub(super) struct Candidate {
     pub(super) vertex: u32,
     /// What that costs; `None` where it is known already.
-    loss: Option<Cost>,
+    cost: Option<Cost>,
     /// How, where it was found just now.
     pub(super) plan: Option<Plan>,
 }
 
-impl Worth {
-    /// The turn of the next pass, which looks at one of `slices` parts of the mesh.
+impl RemovalCosts {
+    /// The turn of the next pass, which evaluates one of `slices` parts of the mesh.
     pub(super) fn turn(&mut self, slices: u32) -> Turn {
         let turn = Turn::new(slices, self.passes);
         self.passes = self.passes.wrapping_add(1);
@@ -62,49 +62,51 @@ impl Worth {
     }
 
     /// Begins again with the first turn, for a mesh of which nothing is known.
-    pub(super) fn start_anew(&mut self) {
+    pub(super) fn restart(&mut self) {
         self.passes = 0;
     }
 
-    /// Forgets everything but whose turn it is: a video's mesh has it over several frames.
+    /// Forgets all costs, but not whose turn it is: turns go on over several frames of a video.
     pub(super) fn reset(&mut self, vertices: usize) {
-        self.loss.clear();
-        self.loss.resize(vertices, Cost::INFINITE);
+        self.cost.clear();
+        self.cost.resize(vertices, Cost::INFINITE);
         self.asked.clear();
         self.asked.resize(vertices, 0);
     }
 
-    /// Brings up to date what it is the turn of: the losses of the `most` of its vertices that look the
-    /// least needed; on a running video, where all are looked at in every pass, of a quarter of them. That is
-    /// enough to choose from, and even has a little less error than to take the same ones again and again.
+    /// Updates the removal costs of the `limit` vertices with the lowest bounds among those whose turn it is. In
+    /// streams, where every pass covers all vertices, only a quarter of them are candidates: that is enough to choose
+    /// from, and has a little less error than the same ones again and again.
     pub(super) fn update(
         &mut self,
         surface: &Surface,
-        rest: &Rest,
+        activity: &Activity,
         turn: Turn,
-        most: usize,
+        limit: usize,
         pass: Pass,
     ) {
         let mut candidates = std::mem::take(&mut self.candidates);
         let is_asked = |v: u32| {
             turn.has(v)
                 && (!pass.is_stream() || turn.has_in_quarter(v))
-                && rest.allows(v)
+                && activity.is_active(v)
                 && surface.freedom(v) == Place::Interior
         };
-        self.rise_most(surface, is_asked);
-        let rises = self.rise.iter().zip(&surface.order);
-        let mut least: Vec<(f32, u32)> =
-            rises.filter(|(rise, _)| rise.is_finite()).map(|(&rise, &v)| (rise, v)).collect();
+        self.update_bounds(surface, is_asked);
+        let bounds = self.bounds.iter().zip(&surface.order);
+        let mut least: Vec<(f32, u32)> = bounds
+            .filter(|(bounds, _)| bounds.is_finite())
+            .map(|(&bounds, &v)| (bounds, v))
+            .collect();
         let order = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
-        if least.len() > most {
-            least.select_nth_unstable_by(most, order);
-            least.truncate(most);
+        if least.len() > limit {
+            least.select_nth_unstable_by(limit, order);
+            least.truncate(limit);
         }
         let planned: Vec<u32> = least.iter().map(|&(_, v)| v).collect();
         candidates.clear();
         candidates.resize_with(planned.len(), Candidate::default);
-        let packs = planned.par_chunks(PACK).zip(candidates.par_chunks_mut(PACK));
+        let packs = planned.par_chunks(CHUNK).zip(candidates.par_chunks_mut(CHUNK));
         packs.for_each_init(
             <(Ring, Closing)>::default,
             |(ring, closing), (vertices, candidates)| {
@@ -120,36 +122,36 @@ impl Worth {
                 );
             },
         );
-        for Candidate { vertex, loss, .. } in &candidates {
-            if let Some(loss) = loss {
-                self.loss[*vertex as usize] = *loss;
+        for Candidate { vertex, cost, .. } in &candidates {
+            if let Some(cost) = cost {
+                self.cost[*vertex as usize] = *cost;
                 self.asked[*vertex as usize] = surface.clock;
             }
         }
-        candidates.retain(|c| self.loss[c.vertex as usize].shape.is_finite());
+        candidates.retain(|c| self.cost[c.vertex as usize].shape.is_finite());
         self.candidates = candidates;
     }
 
-    /// Brings up to date by how much the squared error rises at most if the vertices that are asked for are taken
-    /// out; infinite for all others.
-    fn rise_most(&mut self, surface: &Surface, is_asked: impl Fn(u32) -> bool + Sync) {
-        self.rise.resize(surface.order.len(), 0.0);
-        let packs = surface.order.par_chunks(PACK).zip(self.rise.par_chunks_mut(PACK));
-        packs.for_each(|(vertices, rise)| {
-            rise.fill(f32::INFINITY);
-            let asked = vertices.iter().zip(rise).filter(|(v, _)| is_asked(**v));
+    /// Updates the upper bounds of the rise in squared error without each of the vertices asked for; infinite for all
+    /// others.
+    fn update_bounds(&mut self, surface: &Surface, is_asked: impl Fn(u32) -> bool + Sync) {
+        self.bounds.resize(surface.order.len(), 0.0);
+        let packs = surface.order.par_chunks(CHUNK).zip(self.bounds.par_chunks_mut(CHUNK));
+        packs.for_each(|(vertices, bounds)| {
+            bounds.fill(f32::INFINITY);
+            let asked = vertices.iter().zip(bounds).filter(|(v, _)| is_asked(**v));
             around_each(
                 surface,
                 asked,
                 |(v, _)| **v,
-                |(_, rise), leaving| {
-                    *rise = most_loss(surface, leaving);
+                |(_, bounds), leaving| {
+                    *bounds = cost_bound(surface, leaving);
                 },
             );
         });
     }
 
-    /// Looks how to take out `v`, which `ring` surrounds, if that is not known already.
+    /// Plans the removal of `v`, which `ring` surrounds, unless its cost is known already.
     fn candidate(
         &self,
         surface: &Surface,
@@ -160,21 +162,21 @@ impl Worth {
     ) -> Candidate {
         let newest = ring.links.iter().map(|&h| surface.stamp[h as usize / 3]).max();
         if newest < Some(self.asked[v as usize]) {
-            return Candidate { vertex: v, loss: None, plan: None };
+            return Candidate { vertex: v, cost: None, plan: None };
         }
         ring.sum_up(surface);
         let plan = closing.plan(ring, pass.rows, pass.weight);
-        let loss = |plan: &Plan| plan.cost + ring.cost(surface).scaled(-1.0);
-        let loss = plan.as_ref().map_or(Cost::INFINITE, loss);
-        Candidate { vertex: v, loss: Some(loss), plan }
+        let cost = |plan: &Plan| plan.cost + ring.cost(surface).scaled(-1.0);
+        let cost = plan.as_ref().map_or(Cost::INFINITE, cost);
+        Candidate { vertex: v, cost: Some(cost), plan }
     }
 
-    /// What it costs to take out each candidate, error or error with shape, whichever is worse, with its
-    /// place among them, the cheapest first.
+    /// The removal cost of each candidate, error or error with shape, whichever is larger, with its index, the
+    /// cheapest first.
     pub(super) fn prices(&self, weight: f64) -> Vec<(f64, usize)> {
         let price = |c: &Candidate| {
-            let loss = self.loss[c.vertex as usize];
-            loss.total(weight).max(loss.error)
+            let cost = self.cost[c.vertex as usize];
+            cost.total(weight).max(cost.error)
         };
         let mut prices: Vec<_> = self.candidates.iter().map(price).zip(0..).collect();
         let vertex = |place: usize| self.candidates[place].vertex;
@@ -185,9 +187,9 @@ impl Worth {
     }
 }
 
-/// The most by which the squared error can rise when a vertex that half-edges are `leaving` is taken out: as much
-/// as it does when all of its triangles take one colour.
-fn most_loss(surface: &Surface, leaving: Fan) -> f32 {
+/// An upper bound of the rise in squared error when the vertex that the half-edges are `leaving` is removed: the rise
+/// when all of its triangles take one colour.
+fn cost_bound(surface: &Surface, leaving: Fan) -> f32 {
     let (mut explained, mut count, mut sum) = (0.0, 0.0, [0.0; 4]);
     leaving.for_each(|h| {
         let mean = &surface.mean[h as usize / 3];

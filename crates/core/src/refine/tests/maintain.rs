@@ -56,8 +56,8 @@ fn strips_and_steps_take_turns() {
             refiner.maintain(&mut mesh, &frame, &plan());
         } else {
             let refined = refiner.frame(&mut mesh, &frame, &step, None);
-            let (told, found) = (refined.error_after, error_of(&mesh, &frame));
-            assert!((told - found).abs() <= 1e-6 * found, "frame {t}: {told}, not {found}");
+            let (reported, found) = (refined.error_after, error_of(&mesh, &frame));
+            assert!((reported - found).abs() <= 1e-6 * found, "frame {t}: {reported}, not {found}");
         }
         assert_eq!(mesh.check(), Ok(()), "frame {t}");
     }

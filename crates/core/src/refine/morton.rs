@@ -7,13 +7,13 @@ const SQUARE_BITS: u32 = 5;
 
 /// Puts places in order, in memory that is used again.
 #[derive(Debug, Default)]
-pub(super) struct Nearby {
+pub(super) struct MortonOrder {
     squares: Vec<u32>,
     begins: Vec<u32>,
     order: Vec<u32>,
 }
 
-impl Nearby {
+impl MortonOrder {
     /// The numbers of `places`, which lie in a frame of `size`, along a Z-order curve through the squares of
     /// 32 x 32 pixels that hold them; those of one square as they came. What is looked at in this order
     /// finds its surroundings in the cache. O(n).
@@ -71,10 +71,10 @@ mod tests {
                 places.iter().map(|&(x, y)| Point::new(part(x, far.x), part(y, far.y))).collect();
             let mut slow: Vec<u32> = (0..places.len() as u32).collect();
             slow.sort_by_key(|&i| square(places[i as usize]));
-            let mut nearby = Nearby::default();
+            let mut morton = MortonOrder::default();
             // The second time in used memory.
             for _ in 0..2 {
-                prop_assert_eq!(nearby.sort(size, places.iter().copied()), &slow[..]);
+                prop_assert_eq!(morton.sort(size, places.iter().copied()), &slow[..]);
             }
         }
     }
