@@ -1,106 +1,108 @@
-//! The mesh goes along with the picture.
+//! Carries a mesh along with the motion of the picture.
 
 use crate::flow::motion::Motion;
 use crate::geom::{Point, SUBPIXEL, Size, orient};
 use crate::mesh::{CORNERS, Mesh, Place, starts};
 
-/// Shares of its way that a vertex tries, longest first; after the last it stays.
+/// Shares of its displacement that a vertex tries, the longest first; after the last it stays.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 
-/// Carries meshes: memory that is used again.
+/// Carries meshes. Keeps scratch buffers from frame to frame.
 #[derive(Clone, Debug, Default)]
 pub struct Carrier {
-    /// Where each vertex was, where it is to go, and how many of [`SHARES`] of that way were too long.
+    /// Where each vertex was.
     from: Vec<Point>,
-    ways: Vec<(f64, f64)>,
-    tried: Vec<u8>,
+    /// How far each is to move.
+    displacements: Vec<(f64, f64)>,
+    /// How many of [`SHARES`] of that were too long.
+    attempts: Vec<u8>,
     /// The triangles of each vertex, those of vertex v from `ends[v - 1]` to `ends[v]`.
     ends: Vec<u32>,
-    around: Vec<u32>,
-    /// Triangles that are to be looked at.
-    due: Due,
+    triangles_around: Vec<u32>,
+    /// Triangles that are still to be checked.
+    pending: TriangleSet,
 }
 
 impl Carrier {
     /// Moves the vertices of `mesh` by `motion`, as far as all triangles keep their orientation and some
-    /// area: where the picture folds, at the rim of what is covered or leaves the frame, vertices go half
-    /// the way, a quarter, or stay. Border vertices slide along their border; corners stay. A sound mesh
+    /// area: where the picture folds, at occlusions and where it leaves the frame, vertices move
+    /// by half of it, a quarter, or stay. Border vertices slide along their border; corners stay. A sound mesh
     /// stays sound.
     pub fn carry(&mut self, mesh: &mut Mesh, motion: &Motion) {
         if motion.is_rest() {
             return;
         }
-        let Self { from, ways, tried, ends, around, due } = self;
+        let Self { from, displacements, attempts, ends, triangles_around, pending } = self;
         let size = mesh.size;
         from.clone_from(&mesh.vertices);
-        ways.clear();
-        ways.extend(from.iter().map(|&p| way(p, size, motion)));
-        tried.clear();
-        tried.resize(from.len(), 0);
-        let place = |v: usize, tried: u8| {
-            let share = SHARES.get(usize::from(tried)).copied().unwrap_or(0.0);
-            step(from[v], ways[v], share, size)
+        displacements.clear();
+        displacements.extend(from.iter().map(|&p| displacement(p, size, motion)));
+        attempts.clear();
+        attempts.resize(from.len(), 0);
+        let position = |v: usize, attempts: u8| {
+            let share = SHARES.get(usize::from(attempts)).copied().unwrap_or(0.0);
+            moved(from[v], displacements[v], share, size)
         };
         for v in CORNERS..from.len() {
-            mesh.vertices[v] = place(v, 0);
+            mesh.vertices[v] = position(v, 0);
         }
-        due.clear(mesh.triangles.len());
-        (0..mesh.triangles.len()).filter(|&t| is_folded(mesh, t)).for_each(|t| due.mark(t));
-        let mut next = due.take(0);
+        pending.clear(mesh.triangles.len());
+        (0..mesh.triangles.len()).filter(|&t| is_folded(mesh, t)).for_each(|t| pending.insert(t));
+        let mut next = pending.pop_from(0);
         if next.is_some() {
-            link(mesh, ends, around);
+            index_triangles(mesh, ends, triangles_around);
         }
-        // Every round, through the triangles as they are numbered, takes back at least one vertex of each
-        // folded triangle; when all three stay where they were the triangle is the sound one it was.
+        // Every round over the triangles in order shortens the displacement of at least one vertex of each
+        // folded triangle; when all three are back where they were the triangle is sound, as before.
         while let Some(t) = next {
             if is_folded(mesh, t) {
                 for v in mesh.triangles[t].map(|v| v as usize) {
-                    if v >= CORNERS && usize::from(tried[v]) < SHARES.len() {
-                        tried[v] += 1;
-                        mesh.vertices[v] = place(v, tried[v]);
-                        let here = &around[ends[v - 1] as usize..ends[v] as usize];
-                        here.iter().for_each(|&t| due.mark(t as usize));
+                    if v >= CORNERS && usize::from(attempts[v]) < SHARES.len() {
+                        attempts[v] += 1;
+                        mesh.vertices[v] = position(v, attempts[v]);
+                        let here = &triangles_around[ends[v - 1] as usize..ends[v] as usize];
+                        here.iter().for_each(|&t| pending.insert(t as usize));
                     }
                 }
             }
-            next = due.take(t + 1).or_else(|| due.take(0));
+            next = pending.pop_from(t + 1).or_else(|| pending.pop_from(0));
         }
     }
 }
 
-/// Finds the triangles `around` each vertex, and where those of each end, which is where the next one's begin.
-fn link(mesh: &Mesh, ends: &mut Vec<u32>, around: &mut Vec<u32>) {
+/// Lists the triangles around each vertex, and where each list ends, which is where the next begins.
+fn index_triangles(mesh: &Mesh, ends: &mut Vec<u32>, triangles_around: &mut Vec<u32>) {
     let corners = mesh.triangles.as_flattened().iter().copied();
     starts(ends, mesh.vertices.len(), corners.clone());
-    around.resize(3 * mesh.triangles.len(), 0);
+    triangles_around.resize(3 * mesh.triangles.len(), 0);
     for (v, corner) in corners.zip(0u32..) {
-        // A start is counted up to the end.
+        // Each start is counted up to its list's end.
         let at = &mut ends[v as usize];
-        around[*at as usize] = corner / 3;
+        triangles_around[*at as usize] = corner / 3;
         *at += 1;
     }
 }
 
 /// A set of triangles by their numbers, a bit for each.
 #[derive(Clone, Debug, Default)]
-struct Due(Vec<u64>);
+struct TriangleSet(Vec<u64>);
 
-impl Due {
+impl TriangleSet {
     /// Bits of a word.
     const WORD: usize = u64::BITS as usize;
 
-    /// The empty set, of numbers below `count`.
+    /// Makes it the empty set, for numbers below `count`.
     fn clear(&mut self, count: usize) {
         self.0.clear();
         self.0.resize(count.div_ceil(Self::WORD), 0);
     }
 
-    fn mark(&mut self, t: usize) {
+    fn insert(&mut self, t: usize) {
         self.0[t / Self::WORD] |= 1 << (t % Self::WORD);
     }
 
-    /// Takes out the first that is not below `from`.
-    fn take(&mut self, from: usize) -> Option<usize> {
+    /// Removes and returns the first that is not below `from`.
+    fn pop_from(&mut self, from: usize) -> Option<usize> {
         let mut wanted = !0 << (from % Self::WORD);
         for (i, word) in self.0.iter_mut().enumerate().skip(from / Self::WORD) {
             if *word & wanted != 0 {
@@ -114,18 +116,18 @@ impl Due {
     }
 }
 
-/// Whether motion has folded triangle `t`: it has less than [`LEAST_AREA`].
+/// Whether motion has folded triangle `t`: it has less than [`MIN_AREA`].
 fn is_folded(mesh: &Mesh, t: usize) -> bool {
     let [a, b, c] = mesh.triangle(t);
-    orient(a, b, c) < LEAST_AREA
+    orient(a, b, c) < MIN_AREA
 }
 
-/// A triangle that motion makes smaller than this, doubled and in (1/256 pixel)^2, counts as folded: a
-/// quarter of a pixel.
-const LEAST_AREA: i64 = (SUBPIXEL as i64 * SUBPIXEL as i64) / 2;
+/// A triangle whose doubled area, in (1/256 pixel)^2, is smaller than this counts as folded: a quarter of a
+/// pixel.
+const MIN_AREA: i64 = (SUBPIXEL as i64 * SUBPIXEL as i64) / 2;
 
-/// Where `p` is to go, in 1/256 pixel.
-fn way(p: Point, size: Size, motion: &Motion) -> (f64, f64) {
+/// The displacement of a vertex at `p`, in 1/256 pixel: corners stay, border vertices slide.
+fn displacement(p: Point, size: Size, motion: &Motion) -> (f64, f64) {
     let (x, y) = p.to_pixels();
     let [u, v] = motion.at(x as f32, y as f32).map(|d| f64::from(d) * f64::from(SUBPIXEL));
     match Place::of(p, size) {
@@ -136,8 +138,8 @@ fn way(p: Point, size: Size, motion: &Motion) -> (f64, f64) {
     }
 }
 
-/// `p` moved by a share of its way, kept inside the frame: inner vertices off the border.
-fn step(p: Point, (u, v): (f64, f64), share: f64, size: Size) -> Point {
+/// `p` moved by a share of its displacement and kept inside the frame: inner vertices stay off the border.
+fn moved(p: Point, (u, v): (f64, f64), share: f64, size: Size) -> Point {
     let far = size.far();
     let inside = |from: i32, by: f64, far: i32| {
         let to = from + (by * share).round() as i32;
@@ -188,7 +190,7 @@ mod tests {
         let mut tried = vec![0; from.len()];
         let place = |v: usize, tried: usize| {
             let share = SHARES.get(tried).copied().unwrap_or(0.0);
-            step(from[v], way(from[v], SIZE, motion), share, SIZE)
+            moved(from[v], displacement(from[v], SIZE, motion), share, SIZE)
         };
         for v in CORNERS..from.len() {
             mesh.vertices[v] = place(v, 0);
