@@ -13,8 +13,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use std::sync::Arc;
 
-use polyreel_core::Rgba;
-use polyreel_core::Size;
+use polyreel_core::{Rgba, Size};
 
 use abi::{ParamInfo, PluginInfo};
 use parameters::{COUNT, Kind, PARAMETERS, Values};

@@ -138,8 +138,7 @@ pub(crate) fn is_in_mlt() -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use polyreel_core::Options;
-    use polyreel_core::Rgba;
+    use polyreel_core::{Options, Rgba};
 
     fn feed(shared: &Shared, time: f64) -> Vec<Rgba> {
         let (input, mut out) = (picture(shared.size, time), vec![[0; 4]; shared.size.pixels()]);

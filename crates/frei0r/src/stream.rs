@@ -1,10 +1,6 @@
 //! One stream of frames: its mesh lives on while time goes on.
 
-use polyreel_core::Options;
-use polyreel_core::Renderer;
-use polyreel_core::Result;
-use polyreel_core::Size;
-use polyreel_core::{Frame, Rgba};
+use polyreel_core::{Frame, Options, Renderer, Result, Rgba, Size};
 
 /// A step forward of more than this many frames is a jump: the mesh begins anew. Hosts that drop frames
 /// leave out fewer.

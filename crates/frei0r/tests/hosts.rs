@@ -6,10 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use polyreel_core::Options;
-use polyreel_core::Renderer;
-use polyreel_core::Size;
-use polyreel_core::{Frame, Rgba};
+use polyreel_core::{Frame, Options, Renderer, Rgba, Size};
 
 /// ffmpeg before 7 pads rows to 64 bytes without telling plug-ins so: a width that is no multiple of 16 comes out
 /// skewed from every frei0r filter there.
@@ -137,7 +134,8 @@ fn ffmpeg_shows_the_default_look() {
 #[test]
 fn ffmpeg_sets_parameters() {
     if has("ffmpeg", "-version") {
-        let options = Options { coherence: 0.9, regularity: 0.25, ..Options::default() };
+        let mut options = Options::default();
+        (options.coherence, options.regularity) = (0.9, 0.25);
         let expected = expected(&options, (0..FRAMES).map(picture));
         assert_same(&ffmpeg("frei0r=polyreel:0.5|0|0.9|0.5|0.25"), &expected, "ffmpeg");
     }
