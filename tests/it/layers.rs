@@ -1,39 +1,7 @@
-//! The layers: a module uses only modules that stand before it in these lists.
+//! A module uses only modules that stand before it in the list of layers on its crate's front page.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-
-/// Modules of the engine, lowest layer first.
-const CORE: [&str; 24] = [
-    "geom",
-    "stage",
-    "error",
-    "vector",
-    "colour",
-    "frame",
-    "chance", // layer 0
-    "plane",
-    "options",
-    "mesh",
-    "hex",
-    "residual",
-    "scan",
-    "draw",
-    "flow",
-    "feature", // layer 1
-    "sample",
-    "triangulate",
-    "refine",
-    "rasterise",
-    "governor",
-    "metric",
-    "chain",
-    "render", // layer 2
-];
-
-/// Modules of the library, lowest layer first. Those of the engine stand below them all.
-const LIBRARY: [&str; 9] =
-    ["error", "memory", "stream", "pattern", "ffmpeg", "preset", "source", "sink", "pipeline"];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("the sources can be read") {
@@ -50,13 +18,24 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 
 #[test]
 fn modules_use_only_those_before_them() {
-    check("crates/core/src", &CORE);
-    check("src", &LIBRARY);
+    check("crates/core/src");
+    check("src");
 }
 
-fn check(folder: &str, order: &[&str]) {
+/// The modules that the front page of a crate lists below "Layers", lowest first.
+fn layers(front_page: &str) -> Vec<&str> {
+    let after = front_page.split("# Layers").nth(1).expect("the front page lists the layers");
+    let lines = after.lines().map_while(|line| line.strip_prefix("//!")).map(str::trim);
+    let lists = lines.filter(|line| line.starts_with(|c: char| c == '`' || c.is_numeric()));
+    lists.flat_map(|line| line.split('`').skip(1).step_by(2)).collect()
+}
+
+fn check(folder: &str) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
-    let place: BTreeMap<_, _> = order.iter().enumerate().map(|(i, name)| (*name, i)).collect();
+    let front_page = std::fs::read_to_string(root.join("lib.rs")).expect("a library");
+    let layers = layers(&front_page);
+    assert!(layers.len() > 5, "{folder}: {layers:?}");
+    let place: BTreeMap<_, _> = layers.into_iter().zip(0..).collect();
     let mut files = Vec::new();
     sources(&root, &mut files);
     for file in files {
@@ -69,7 +48,8 @@ fn check(folder: &str, order: &[&str]) {
             continue;
         }
         let module = path[0];
-        let own = *place.get(module).unwrap_or_else(|| panic!("{module} is in no layer"));
+        let own: i32 =
+            *place.get(module).unwrap_or_else(|| panic!("{folder}: {module} is in no layer"));
         let text = std::fs::read_to_string(&file).expect("a source file");
         for name in used_modules(&without_tests(&text), path.len()) {
             let Some(&other) = place.get(name) else { continue };
