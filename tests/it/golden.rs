@@ -138,7 +138,7 @@ fn check(name: &str, options: &Options, frames: &[Frame]) {
 
 const SIZE: Size = Size::new(150, 101);
 
-/// Hard edges tell exactly which triangle each pixel belongs to.
+/// Hard edges show which triangle each pixel belongs to.
 fn points(n: u32) -> Options {
     Options { points: Points::Count(n), edges: Edges::Hard, ..Options::default() }
 }
@@ -194,7 +194,7 @@ fn more_points_than_features() {
     check("flat", &Options { outline: Some(Colour([0, 0, 0, 255])), ..points(60) }, &[flat]);
 }
 
-/// Level one and two of a method alone: refinement would level out what tells methods apart.
+/// Level one and two of a method alone: refinement would hide the differences between methods.
 fn unrefined(method: Method) -> Options {
     Options { method, quality: Quality::Draft, ..points(220) }
 }

@@ -53,7 +53,7 @@ fn happen(mishap: Mishap) -> Error {
     }
 }
 
-/// What the stubs tell the test.
+/// What the stubs record for the test.
 #[derive(Default)]
 struct Log {
     decoded: AtomicU64,
