@@ -1,6 +1,7 @@
 //! Where frames go. One format a file; unfinished outputs never stand under their final name.
 
 pub mod codec;
+mod facets;
 pub mod ffmpeg;
 mod gif;
 mod null;
@@ -11,6 +12,7 @@ pub(crate) mod remux;
 pub mod sound;
 mod spec;
 mod still;
+mod svg;
 mod tags;
 mod unfinished;
 pub mod y4m;
@@ -27,6 +29,7 @@ use crate::mesh::Mesh;
 use crate::options::{Edges, Options};
 use crate::pattern::Pattern;
 use crate::stream::{Loops, Span, StreamInfo};
+use crate::svg::Seams;
 
 use codec::Container;
 use ffmpeg::{VideoOptions, VideoSink, VideoSpec};
@@ -70,6 +73,9 @@ pub struct Needs {
     /// Whether [`Sink::write`] gets the [`Origin`]. If not, the source frame and the mesh are recycled as
     /// soon as the picture is painted. Default: no.
     pub origin: bool,
+    /// Whether colours come as they were found, not graded, and without outlines: for formats that hold facets
+    /// and paint them by themselves. Default: no.
+    pub plain: bool,
 }
 
 impl Needs {
@@ -77,6 +83,9 @@ impl Needs {
     pub fn adapt(&self, options: &mut Options) {
         if let Some(edges) = self.edges {
             options.edges = edges;
+        }
+        if self.plain {
+            (options.saturation, options.wash, options.outline) = (1.0, 0.0, None);
         }
     }
 }
@@ -127,6 +136,12 @@ pub struct SinkOptions {
     pub video: VideoOptions,
     /// The sound that goes into a video. Default: none.
     pub sound: Option<Sound>,
+    /// How facets are painted, for formats that hold those: edges, outlines, grading. Default: as by default.
+    pub look: Options,
+    /// What keeps the ground from showing between the facets of an SVG. Default: underlap.
+    pub seams: Seams,
+    /// The extension of the pictures that go to a folder. Default: `png`.
+    pub folder_format: Option<String>,
 }
 
 impl Default for SinkOptions {
@@ -139,12 +154,15 @@ impl Default for SinkOptions {
             quality: None,
             video: VideoOptions::default(),
             sound: None,
+            look: Options::default(),
+            seams: Seams::default(),
+            folder_format: None,
         }
     }
 }
 
 /// Makes the sink that `output` asks for by its name: a still (`.png`, `.jpg`, `.webp` ...), a
-/// numbered sequence (`frame_%04d.png`, or a folder), a `.gif`, a video (`.mp4`, `.webm`, `.mkv`,
+/// numbered sequence (`frame_%04d.png`, or a folder), a `.svg`, a `.gif`, a video (`.mp4`, `.webm`, `.mkv`,
 /// `.mov`), a `.y4m`, `-` for y4m on standard output, or `null:`, which discards.
 /// `info` is the stream that will be written.
 ///
@@ -165,21 +183,14 @@ pub fn create(
     }
     let path = Path::new(output);
     if ends_in_separator(output) || path.is_dir() {
-        let pattern = Pattern::in_folder(path, "png");
-        let series = Series::reserve(pattern, true, options)?;
-        return Ok(Box::new(still::Numbered::create(series, Format::Png, options)?));
+        let extension = options.folder_format.as_deref().unwrap_or("png");
+        let pattern = Pattern::in_folder(path, extension);
+        return numbered(path, pattern, extension, true, options);
     }
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let extension = extension.as_deref().unwrap_or("");
     if let Some(pattern) = Pattern::parse(output) {
-        let Some(format) = Format::of_extension(extension) else {
-            return Err(Error::usage(format!(
-                "{}: numbered files are pictures; write {STILLS} after the pattern",
-                path.display()
-            )));
-        };
-        let series = Series::reserve(pattern, false, options)?;
-        return Ok(Box::new(still::Numbered::create(series, format, options)?));
+        return numbered(path, pattern, extension, false, options);
     }
     if let Some(format) = Format::of_extension(extension) {
         if !info.still && info.frames != Some(1) {
@@ -188,6 +199,10 @@ pub fn create(
         return Ok(Box::new(still::Still::create(path, format, options)?));
     }
     match extension {
+        "svg" if info.still || info.frames == Some(1) => {
+            Ok(Box::new(svg::SvgStill::create(path, options)?))
+        }
+        "svg" => Ok(Box::new(svg::SvgAnimation::create(path, info, options)?)),
         "gif" => Ok(Box::new(gif::Gif::create(path, info, options)?)),
         "y4m" => Ok(Box::new(y4m::Y4mFile::create(path, info, options)?)),
         _ if Container::of(path).is_some() => {
@@ -210,6 +225,28 @@ fn ends_in_separator(name: &OsStr) -> bool {
     name.as_encoded_bytes().last().is_some_and(|&b| std::path::is_separator(char::from(b)))
 }
 
+/// The sink of files that are numbered by `pattern`, in a folder that is made if `make` says so.
+fn numbered(
+    output: &Path,
+    pattern: Pattern,
+    extension: &str,
+    make: bool,
+    options: &SinkOptions,
+) -> Result<Box<dyn Sink>> {
+    let format = Format::of_extension(extension);
+    if format.is_none() && extension != "svg" {
+        return Err(Error::usage(format!(
+            "{}: numbered files are pictures; write {STILLS} after the pattern",
+            output.display()
+        )));
+    }
+    let series = Series::reserve(pattern, make, options)?;
+    Ok(match format {
+        Some(format) => Box::new(still::Numbered::create(series, format, options)?),
+        None => Box::new(svg::SvgSeries::create(series, options)),
+    })
+}
+
 /// The containers of video, in words.
 const VIDEOS: &str = ".mp4, .webm, .mkv, .mov";
 
@@ -222,7 +259,7 @@ fn no_video_of_a_still(path: &Path) -> Error {
 }
 
 /// The formats of stills, in words.
-const STILLS: &str = ".png, .jpg, .webp, .bmp, .tiff";
+const STILLS: &str = ".png, .jpg, .webp, .bmp, .tiff, .svg";
 
 fn one_picture_for_many(path: &Path, info: &StreamInfo) -> Error {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();

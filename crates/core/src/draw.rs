@@ -102,7 +102,7 @@ pub fn shaded_edges(
 }
 
 /// The sides of all triangles: the smaller end, the larger, and the triangle, sorted.
-fn sides(mesh: &Mesh) -> Vec<(u32, u32, u32)> {
+pub(crate) fn sides(mesh: &Mesh) -> Vec<(u32, u32, u32)> {
     let mut sides: Vec<(u32, u32, u32)> = (0u32..)
         .zip(&mesh.triangles)
         .flat_map(|(t, &[a, b, c])| [(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), p.max(q), t)))

@@ -39,7 +39,7 @@
 //!
 //! 1. `geom`, `stage`, `error`, `vector`, `parallel`, `colour`, `frame`, `chance`
 //! 2. `plane`, `options`, `mesh`, `hex`, `residual`, `scan`, `draw`, `flow`, `feature`
-//! 3. `sample`, `triangulate`, `refine`, `rasterise`, `governor`, `metric`, `chain`, `render`
+//! 3. `sample`, `triangulate`, `refine`, `rasterise`, `governor`, `metric`, `chain`, `render`, `svg`
 
 // Without `unstable` parts that only other crates use, such as the governor, have no user here.
 #![cfg_attr(not(feature = "unstable"), allow(dead_code, unreachable_pub, unused_imports))]
@@ -67,6 +67,7 @@ mod residual;
 mod sample;
 mod scan;
 mod stage;
+pub mod svg;
 mod triangulate;
 mod vector;
 
@@ -93,6 +94,6 @@ pub mod unstable {
     }
     modules! {
         chain chance colour draw error feature flow frame geom governor hex mesh metric options plane
-        rasterise refine render residual sample scan stage triangulate vector
+        rasterise refine render residual sample scan stage svg triangulate vector
     }
 }

@@ -13,10 +13,11 @@ use polyreel::frame::Rational;
 use polyreel::options::Colour;
 use polyreel::sink::ffmpeg::VideoOptions;
 use polyreel::source::SourceOptions;
+use polyreel::svg::Seams;
 
 use crate::amount;
 use crate::budget::{Budget, budget};
-use crate::look::LookArgs;
+use crate::look::{LookArgs, one_of};
 
 pub(crate) use evaluate::EvaluateArgs;
 pub(crate) use preview::PreviewArgs;
@@ -202,6 +203,13 @@ pub(crate) struct WriteArgs {
     /// What shows through transparent pixels in formats that have none, JPEG for one [default: white]
     #[arg(long, value_name = "COLOUR")]
     pub(crate) background: Option<Colour>,
+    /// Format of the pictures that go to a folder: png, svg, jpg, webp, bmp, tiff [default: png]
+    #[arg(long, value_name = "EXTENSION")]
+    pub(crate) format: Option<String>,
+    /// What keeps the ground from showing between the facets of an SVG: facets that reach under each
+    /// other, a thin line around each, or nothing
+    #[arg(long, value_name = "NAME", default_value = "underlap", value_parser = one_of(Seams::ALL, Seams::name))]
+    pub(crate) svg_seams: Seams,
 }
 
 /// How video is encoded.

@@ -224,7 +224,7 @@ fn percentiles() -> String {
 }
 
 /// A value by its name, one of `all`.
-fn one_of<T, const N: usize>(
+pub(crate) fn one_of<T, const N: usize>(
     all: [T; N],
     name: fn(T) -> &'static str,
 ) -> impl TypedValueParser<Value = T>

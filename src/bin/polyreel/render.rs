@@ -124,6 +124,9 @@ fn sink_options(args: &RenderArgs, options: &Options, input: &Input) -> Result<S
         inputs: input.paths().to_vec(),
         video: VideoOptions { gives_way, ..args.video.options(&args.input)? },
         sound: input.sound().cloned(),
+        look: options.clone(),
+        seams: args.write.svg_seams,
+        folder_format: args.write.format.clone(),
         ..defaults
     })
 }

@@ -7,6 +7,7 @@ mod interrupt;
 mod no_display;
 mod render;
 mod tell;
+mod vector;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -3,6 +3,7 @@
 mod canvas;
 pub mod colours;
 mod desks;
+mod known;
 mod planar;
 mod soften;
 mod sparse;
@@ -26,6 +27,8 @@ use soften::Softener;
 use sparse::sparse_means;
 use style::Style;
 use tally::Tally;
+
+pub use known::{graded, outlined};
 
 /// A painted mesh.
 #[derive(Clone, Debug, PartialEq)]

@@ -96,7 +96,7 @@ impl Style {
 }
 
 /// The largest difference of a channel.
-fn difference(a: Rgba, b: Rgba) -> u32 {
+pub(super) fn difference(a: Rgba, b: Rgba) -> u32 {
     (0..4).map(|c| u32::from(a[c].abs_diff(b[c]))).max().unwrap_or(0)
 }
 

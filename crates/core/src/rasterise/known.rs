@@ -1,0 +1,111 @@
+//! Meshes whose colours are known already, as a mesh stream holds them.
+
+use super::canvas::Canvas;
+use super::style::{Style, difference};
+use super::{Painter, Painting};
+use crate::draw::sides;
+use crate::frame::{Fill, Rgba};
+use crate::mesh::Mesh;
+use crate::options::Options;
+use crate::scan::spans;
+
+impl Painter {
+    /// Paints `mesh`, its triangles in `colours`, one each and in their order, which are as they were found:
+    /// before they are graded. A triangle without area is not seen.
+    ///
+    /// # Panics
+    /// When there are not as many colours as triangles.
+    pub fn paint_known(&mut self, mesh: &Mesh, colours: &[Rgba]) -> Painting {
+        assert_eq!(colours.len(), mesh.triangles.len(), "a colour a triangle");
+        let height = mesh.size.height;
+        let area = |t: usize| {
+            let mut area = 0;
+            spans(mesh.triangle(t), 0..height, |_, columns| area += columns.len());
+            area as u32
+        };
+        let fills = colours.iter().enumerate().map(|(t, &colour)| Fill { colour, area: area(t) });
+        let fills = fills.collect();
+        let mut canvas = Canvas {
+            buffers: &mut self.buffers,
+            bands: &mut self.bands,
+            easels: &mut self.easels,
+            form: self.form.filter(|form| form.layout.size == mesh.size),
+            softener: &mut self.softener,
+        };
+        canvas.paint(mesh, fills, &self.style, None, |_| ())
+    }
+}
+
+/// `colours` as `options` grade them: saturation and wash.
+pub fn graded(colours: &[Rgba], options: &Options) -> Vec<Rgba> {
+    let mut fills: Vec<_> = colours.iter().map(|&colour| Fill { colour, area: 0 }).collect();
+    Style::of(options).grade(&mut fills);
+    fills.iter().map(|fill| fill.colour).collect()
+}
+
+/// The edges of `mesh` along which `options` have lines drawn, each once: all, or those between colours that
+/// differ enough, but none between triangles that are both transparent. `colours` are those before they are graded.
+pub fn outlined(mesh: &Mesh, colours: &[Rgba], options: &Options) -> Vec<[u32; 2]> {
+    if options.outline.is_none() {
+        return Vec::new();
+    }
+    let seen = |t: u32| colours[t as usize][3] > 0;
+    let contrast = options.outline_contrast;
+    let all = sides(mesh);
+    let each = all.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
+    each.filter(|edge| edge.iter().any(|side| seen(side.2)))
+        .filter(|edge| match edge {
+            [(_, _, t), (_, _, u)] => {
+                contrast == 0 || difference(colours[*t as usize], colours[*u as usize]) > contrast
+            }
+            _ => contrast == 0,
+        })
+        .map(|edge| [edge[0].0, edge[0].1])
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::Frame;
+    use crate::geom::{Point, Size};
+    use crate::options::{Colour, Edges};
+    use crate::rasterise::{means, rasterise};
+    use crate::triangulate::triangulate;
+
+    fn sample() -> (Mesh, Frame) {
+        let size = Size::new(40, 30);
+        let seeds = [Point::pixel_centre(9, 5), Point::pixel_centre(25, 20), Point::new(0, 3000)];
+        let pixel = |i: usize| [(i % 40 * 6) as u8, (i / 40 * 8) as u8, 90, 255];
+        let frame = Frame::new(size, (0..size.pixels()).map(pixel).collect()).expect("a picture");
+        (triangulate(size, &seeds).expect("three seeds"), frame)
+    }
+
+    #[test]
+    fn known_colours_paint_the_same_picture() {
+        let (mesh, frame) = sample();
+        let colours: Vec<_> = means(&mesh, &frame).iter().map(|fill| fill.colour).collect();
+        for edges in Edges::ALL {
+            let options = Options { edges, ..Options::default() };
+            let painted = Painter::new(&options).paint_known(&mesh, &colours);
+            assert_eq!(painted, rasterise(&mesh, &frame, edges, None));
+        }
+    }
+
+    #[test]
+    fn lines_stand_where_colours_differ_and_something_is_seen() {
+        let (mesh, frame) = sample();
+        let mut colours: Vec<_> = means(&mesh, &frame).iter().map(|fill| fill.colour).collect();
+        let black = Some(Colour([0, 0, 0, 255]));
+        let all = Options { outline: black, ..Options::default() };
+        let every = outlined(&mesh, &colours, &all).len();
+        // Euler: vertices and triangles tell the number of edges.
+        assert_eq!(every, mesh.vertices.len() + mesh.triangles.len() - 1);
+        assert_eq!(outlined(&mesh, &colours, &Options::default()).len(), 0);
+        let some = Options { outline_contrast: 30, ..all.clone() };
+        let few = outlined(&mesh, &colours, &some).len();
+        assert!(few > 0 && few < every, "{few} of {every}");
+        colours.iter_mut().for_each(|colour| colour[3] = 0);
+        assert_eq!(outlined(&mesh, &colours, &all).len(), 0);
+    }
+}

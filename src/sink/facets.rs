@@ -1,0 +1,41 @@
+//! A frame as its mesh and the colours of its triangles, for formats that hold those rather than pixels.
+
+use super::{Origin, Picture};
+use crate::error::{Error, Result};
+use crate::frame::Rgba;
+use crate::mesh::Mesh;
+use crate::options::Options;
+use crate::rasterise::{graded, outlined};
+use crate::stream::Span;
+
+/// A frame's facets.
+#[derive(Debug)]
+pub(super) struct Facets {
+    pub(super) mesh: Mesh,
+    /// One a triangle, as they were found: before they are graded.
+    pub(super) colours: Vec<Rgba>,
+    pub(super) span: Span,
+}
+
+impl Facets {
+    /// Those of a picture that came [plain](super::Needs::plain), with its origin.
+    pub(super) fn of(picture: Picture, origin: Option<Origin>) -> Result<Self> {
+        let Some(Origin { mesh, .. }) = origin else {
+            return Err(Error::usage(
+                "this output needs the mesh of a frame, and none came with it",
+            ));
+        };
+        let colours = picture.fills.iter().take(mesh.triangles.len()).map(|fill| fill.colour);
+        Ok(Self { colours: colours.collect(), mesh, span: picture.span })
+    }
+
+    /// The colours that are seen, as `look` grades them.
+    pub(super) fn graded(&self, look: &Options) -> Vec<Rgba> {
+        graded(&self.colours, look)
+    }
+
+    /// The edges along which `look` has lines.
+    pub(super) fn outlined(&self, look: &Options) -> Vec<[u32; 2]> {
+        outlined(&self.mesh, &self.colours, look)
+    }
+}
