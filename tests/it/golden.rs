@@ -10,12 +10,20 @@ use std::sync::{Mutex, PoisonError};
 
 use image::{Rgba, RgbaImage};
 use polyreel::chance::{Purpose, rank};
+use polyreel::colour::{
+    Coding, Form, Layout, Matrix, Planes, Range, Sampling, Siting, from_rgba, to_rgba,
+};
 use polyreel::frame::Frame;
 use polyreel::geom::Size;
 use polyreel::metric::mse::mse;
 use polyreel::metric::ssim::ssim;
-use polyreel::options::{Colour, Edges, FrontEnd, Method, Options, Points, Quality};
+use polyreel::options::{
+    Colour, Detail, Edges, FrontEnd, Look, Method, Options, Points, Quality, Steps,
+};
 use polyreel::render::Renderer;
+use polyreel::sink::SinkOptions;
+
+use crate::files::given::{folder as temporary_folder, name, write};
 
 /// A picture of whole-number formulas: a disk and a bar on a gradient, with a little grain; `shift`
 /// moves the disk.
@@ -92,8 +100,12 @@ fn every_golden_picture_belongs_to_a_test() {
     for entry in std::fs::read_dir(folder()).expect("the golden folder") {
         let path = entry.expect("an entry").path();
         let name = path.file_stem().expect("a name").to_string_lossy();
-        let is_used = tests.contains(&format!("check(\"{name}\""));
-        assert!(name == "REASONS" || is_used, "no test names {}: remove it", path.display());
+        let is_used = ["check", "compare"].map(|f| tests.contains(&format!("{f}(\"{name}\"")));
+        assert!(
+            name == "REASONS" || is_used.contains(&true),
+            "no test names {}: remove it",
+            path.display()
+        );
     }
 }
 
@@ -126,7 +138,7 @@ fn check(name: &str, options: &Options, frames: &[Frame]) {
 
 const SIZE: Size = Size::new(150, 101);
 
-/// Hard edges tell exactly which triangle each pixel belongs to.
+/// Hard edges show which triangle each pixel belongs to.
 fn points(n: u32) -> Options {
     Options { points: Points::Count(n), edges: Edges::Hard, ..Options::default() }
 }
@@ -182,7 +194,7 @@ fn more_points_than_features() {
     check("flat", &Options { outline: Some(Colour([0, 0, 0, 255])), ..points(60) }, &[flat]);
 }
 
-/// Level one and two of a method alone: refinement would level out what tells methods apart.
+/// Level one and two of a method alone: refinement would hide the differences between methods.
 fn unrefined(method: Method) -> Options {
     Options { method, quality: Quality::Draft, ..points(220) }
 }
@@ -216,4 +228,56 @@ fn pic2polyart() {
 fn sobel_before_density() {
     let options = Options { features: Some(FrontEnd::Sobel), ..unrefined(Method::Hrlp) };
     check("sobel", &options, &[scene(SIZE, 0, false)]);
+}
+
+/// After a first frame with all details.
+#[test]
+fn third_frame_with_the_detail_of_a_tight_budget() {
+    let frames = [0, 2, 4].map(|shift| scene(SIZE, shift, false));
+    let steps = Some(Steps::from_eighths(4));
+    let tight = Detail { look: Look::Half, seeds: 50, steps, rows: 4 };
+    let mut renderer = Renderer::new(&points(220)).expect("sound options");
+    let details = [Detail::FULL, tight, tight];
+    let pictures = frames.iter().zip(details).map(|(frame, detail)| {
+        renderer.render_in(frame, &detail).expect("a sound frame").painting.frame
+    });
+    let last = pictures.last().expect("three frames");
+    compare("budget", &frames[2], &last.into_image());
+}
+
+/// Frames of video come as planes and are painted as planes, each with the residual of the one before.
+#[test]
+fn third_frame_as_planes() {
+    let size = Size::new(150, 102);
+    let form = Form {
+        layout: Layout { size, sampling: Sampling::Yuv420, siting: Siting::Left, alpha: false },
+        coding: Coding { matrix: Matrix::Bt709, range: Range::Limited },
+    };
+    let frames = [0, 2, 4].map(|shift| scene(size, shift, false));
+    let planar = frames.each_ref().map(|frame| {
+        let mut data = Vec::new();
+        from_rgba(size, frame.pixels(), &form.layout, form.coding, &mut data);
+        Frame::planar(Planes { form, data }, Vec::new()).expect("even sides")
+    });
+    let smooth = Options { edges: Edges::Smooth, ..points(220) };
+    let mut renderer = Renderer::new(&smooth).expect("sound options").with_form(Some(form));
+    let painted = planar.map(|frame| renderer.render(&frame).expect("a frame").painting.frame);
+    let planes = painted[2].planes().expect("planes were asked for");
+    let mut pixels = Vec::new();
+    to_rgba(&form.layout, form.coding, &planes.data, &mut pixels);
+    let picture = Frame::new(size, pixels).expect("as many as pixels");
+    compare("planes", &frames[2], &picture.into_image());
+}
+
+/// More colours than a palette has, some of them transparent.
+#[test]
+fn palette_of_a_gif() {
+    let frame = scene(SIZE, 0, true);
+    let mut renderer = Renderer::new(&points(700)).expect("sound options");
+    let painted = renderer.render(&frame).expect("a sound frame").painting.frame;
+    let folder = temporary_folder();
+    let file = name(&folder, "a.gif");
+    write(&file, &[painted], &[10], &SinkOptions::default()).expect("a GIF");
+    let picture = image::open(&file).expect("a GIF").to_rgba8();
+    compare("palette", &frame, &picture);
 }

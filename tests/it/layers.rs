@@ -1,40 +1,7 @@
-//! The plan of the house: a module uses only what stands above it in this list.
+//! A module uses only modules that stand before it in the list of layers on its crate's front page.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-
-/// Modules of the engine, lowest layer first.
-const CORE: [&str; 25] = [
-    "geom",
-    "stage",
-    "error",
-    "vector",
-    "colour",
-    "frame",
-    "chance", // layer 0
-    "plane",
-    "options",
-    "mesh",
-    "hex",
-    "residual",
-    "scan",
-    "draw",
-    "flow",
-    "feature", // layer 1
-    "sample",
-    "triangulate",
-    "refine",
-    "rasterise",
-    "governor",
-    "metric",
-    "chain",
-    "render", // layer 2
-    "svg",    // layer 3
-];
-
-/// Modules of the library, lowest layer first. Those of the engine stand below them all.
-const LIBRARY: [&str; 9] =
-    ["error", "memory", "stream", "pattern", "ffmpeg", "preset", "source", "sink", "pipeline"];
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).expect("the sources can be read") {
@@ -50,35 +17,121 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
 }
 
 #[test]
-fn modules_use_only_what_stands_above_them() {
-    check("crates/core/src", &CORE);
-    check("src", &LIBRARY);
+fn modules_use_only_those_before_them() {
+    check("crates/core/src");
+    check("src");
 }
 
-fn check(folder: &str, order: &[&str]) {
+/// The modules that the front page of a crate lists below "Layers", lowest first.
+fn layers(front_page: &str) -> Vec<&str> {
+    let after = front_page.split("# Layers").nth(1).expect("the front page lists the layers");
+    let lines = after.lines().map_while(|line| line.strip_prefix("//!")).map(str::trim);
+    let lists = lines.filter(|line| line.starts_with(|c: char| c == '`' || c.is_numeric()));
+    lists.flat_map(|line| line.split('`').skip(1).step_by(2)).collect()
+}
+
+fn check(folder: &str) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
-    let place: BTreeMap<_, _> = order.iter().enumerate().map(|(i, name)| (*name, i)).collect();
+    let front_page = std::fs::read_to_string(root.join("lib.rs")).expect("a library");
+    let layers = layers(&front_page);
+    assert!(layers.len() > 5, "{folder}: {layers:?}");
+    let place: BTreeMap<_, _> = layers.into_iter().zip(0..).collect();
     let mut files = Vec::new();
     sources(&root, &mut files);
     for file in files {
         let inner = file.strip_prefix(&root).expect("a file below the root");
-        let first = inner.components().next().expect("a name").as_os_str().to_string_lossy();
-        let module = first.trim_end_matches(".rs");
-        // Tests of a module may look at it through the rooms above.
-        let is_test = file.ends_with("tests.rs") || inner.iter().any(|part| part == "tests");
-        if module == "lib" || is_test {
+        let path: Vec<_> = inner.iter().map(|part| part.to_string_lossy()).collect();
+        let path: Vec<_> = path.iter().map(|part| part.trim_end_matches(".rs")).collect();
+        let path = path.strip_suffix(&["mod"]).unwrap_or(&path);
+        // Tests of a module may use modules above it.
+        if path == ["lib"] || path.contains(&"tests") {
             continue;
         }
-        let own = *place.get(module).unwrap_or_else(|| panic!("{module} has no place in the plan"));
+        let module = path[0];
+        let own: i32 =
+            *place.get(module).unwrap_or_else(|| panic!("{folder}: {module} is in no layer"));
         let text = std::fs::read_to_string(&file).expect("a source file");
-        let code = text.split("#[cfg(test)]").next().unwrap_or(&text);
-        for line in code.lines().filter(|line| !line.trim_start().starts_with("//")) {
-            for used in line.split("crate::").skip(1) {
-                let name: String =
-                    used.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-                let Some(&other) = place.get(name.as_str()) else { continue };
-                assert!(other <= own, "{} uses {name}: {line}", inner.display());
-            }
+        for name in used_modules(&without_tests(&text), path.len()) {
+            let Some(&other) = place.get(name) else { continue };
+            assert!(other <= own, "{} uses {name}, which is in a layer above", inner.display());
         }
     }
+}
+
+/// Code without comments and without items that are marked as tests.
+fn without_tests(text: &str) -> String {
+    let mut code = String::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        if line.trim_start().starts_with("//") {
+            continue;
+        }
+        if line.trim() != "#[cfg(test)]" {
+            code.push_str(line);
+            code.push('\n');
+            continue;
+        }
+        // The item that is marked: to its closing brace, or one line.
+        let item = lines.find(|line| !line.trim_start().starts_with("#[")).unwrap_or_default();
+        let indent = &item[..item.len() - item.trim_start().len()];
+        if item.ends_with('{') {
+            let end = format!("{indent}}}");
+            lines.find(|line| *line == end);
+        }
+    }
+    code
+}
+
+/// Names after `crate::`, also in braces, and after as many `super::` as lead out of a module whose path has
+/// `depth` parts.
+fn used_modules(code: &str, depth: usize) -> Vec<&str> {
+    let mut used = Vec::new();
+    for (at, _) in code.match_indices("crate::") {
+        let after = &code[at + "crate::".len()..];
+        match after.strip_prefix('{') {
+            Some(list) => used.extend(first_names(list)),
+            None => used.push(identifier(after)),
+        }
+    }
+    let climb = "super::".repeat(depth);
+    for (at, _) in code.match_indices(&climb) {
+        let after = &code[at + climb.len()..];
+        if !code[..at].ends_with("super::") && !after.starts_with("super::") {
+            used.push(identifier(after));
+        }
+    }
+    used
+}
+
+fn identifier(text: &str) -> &str {
+    let end = text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len());
+    &text[..end]
+}
+
+/// The first name of each path in a list of imports, up to the brace that closes it.
+fn first_names(list: &str) -> Vec<&str> {
+    let (mut depth, mut names, mut is_start) = (0, Vec::new(), true);
+    for (at, c) in list.char_indices() {
+        match c {
+            '{' => depth += 1,
+            '}' if depth == 0 => break,
+            '}' => depth -= 1,
+            ',' if depth == 0 => is_start = true,
+            c if is_start && c.is_alphabetic() => {
+                names.push(identifier(&list[at..]));
+                is_start = false;
+            }
+            _ => {}
+        }
+    }
+    names
+}
+
+#[test]
+fn uses_are_found_in_lists_behind_tests_and_through_parents() {
+    let code = "use crate::frame::Frame;\n#[cfg(test)]\nmod tests;\n#[cfg(test)]\nmod more {\n    \
+                use crate::hidden;\n}\n// crate::comment\nuse crate::{echo, mesh::{Mesh, Edge}, \
+                plane};\nuse super::super::flow::Small;\nuse super::own;\n";
+    let code = without_tests(code);
+    assert_eq!(used_modules(&code, 2), ["frame", "echo", "mesh", "plane", "flow"]);
 }

@@ -134,7 +134,7 @@ fn jump(pictures: &[Picture]) -> f64 {
 }
 
 /// Where the seam goes is a matter of chance for a few hundred triangles: so the mean of several meshes
-/// is bounded too. What is above 1 came to 0.54 without the rehearsal and 0.34 with it.
+/// is bounded too. The excess over 1 was 0.54 without the warm-up round and 0.34 with it.
 #[test]
 fn a_film_without_a_seam_plays_round_with_less_of_a_jump() {
     let mut excess = [0.0; 2];

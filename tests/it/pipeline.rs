@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use polyreel::error::{Error, Result};
 use polyreel::frame::{Buffers, Frame, Rational};
@@ -17,6 +17,8 @@ use polyreel::sink::{Origin, Picture, Sink};
 use polyreel::source::{Decoded, Source};
 use polyreel::stage::Stage;
 use polyreel::stream::Span;
+
+use crate::wait::until;
 
 /// Frame `index` of an endless film: a disc that wanders over a gradient.
 fn frame(index: u64) -> Decoded {
@@ -51,12 +53,13 @@ fn happen(mishap: Mishap) -> Error {
     }
 }
 
-/// What the stubs tell the test.
+/// What the stubs record for the test.
 #[derive(Default)]
 struct Log {
     decoded: AtomicU64,
     spent: Mutex<Vec<Frame>>,
     most_in_flight: AtomicU64,
+    source_failed: AtomicBool,
     pictures: Mutex<Vec<Picture>>,
     finished: AtomicBool,
     sink_dropped: AtomicBool,
@@ -84,7 +87,10 @@ impl Source for StubSource {
         std::thread::sleep(self.pace);
         let index = self.log.decoded.load(SeqCst);
         match self.mishap {
-            Some((at, mishap)) if at == index => return Err(happen(mishap)),
+            Some((at, mishap)) if at == index => {
+                self.log.source_failed.store(true, SeqCst);
+                return Err(happen(mishap));
+            }
             _ if index == self.frames => return Ok(None),
             _ => {}
         }
@@ -98,13 +104,21 @@ struct StubSink {
     log: Arc<Log>,
     mishap: Option<(u64, Mishap)>,
     pace: Duration,
+    /// Whether the mishap waits for the source's.
+    fails_last: bool,
 }
 
 impl Sink for StubSink {
     fn write(&mut self, picture: Picture, _: Option<Origin>) -> Result<Buffers> {
         std::thread::sleep(self.pace);
         match self.mishap {
-            Some((at, mishap)) if at == self.log.written() => Err(happen(mishap)),
+            Some((at, mishap)) if at == self.log.written() => {
+                let source_failed = || self.log.source_failed.load(SeqCst).then_some(());
+                if self.fails_last {
+                    until("the source fails", source_failed);
+                }
+                Err(happen(mishap))
+            }
             _ => {
                 self.log.pictures.lock().expect("the lock").push(picture);
                 Ok(Buffers::default())
@@ -132,6 +146,7 @@ struct Trial {
     sink: Option<(u64, Mishap)>,
     source_pace: Duration,
     sink_pace: Duration,
+    sink_fails_last: bool,
     settings: Settings,
     stop: Stop,
 }
@@ -145,6 +160,7 @@ impl Default for Trial {
             sink: None,
             source_pace: Duration::ZERO,
             sink_pace: Duration::ZERO,
+            sink_fails_last: false,
             settings: Settings { options, ..Settings::default() },
             stop: Stop::default(),
         }
@@ -179,7 +195,12 @@ impl Trial {
             mishap: self.source,
             pace: self.source_pace,
         };
-        let sink = StubSink { log: log.clone(), mishap: self.sink, pace: self.sink_pace };
+        let sink = StubSink {
+            log: log.clone(),
+            mishap: self.sink,
+            pace: self.sink_pace,
+            fails_last: self.sink_fails_last,
+        };
         let start = || Ok(Box::new(source) as Box<dyn Source>);
         let ended = run(start, Box::new(sink), &self.settings, observer, &self.stop);
         assert!(log.sink_dropped.load(SeqCst), "the sink outlived the run");
@@ -255,7 +276,9 @@ fn threads_make_the_pictures_of_the_serial_renderer() {
 #[test]
 fn reports_tell_what_the_renderer_counts() {
     let mut watcher = Watcher::default();
+    let began = Instant::now();
     let (ended, _) = Trial::default().run(&mut watcher);
+    let wall = began.elapsed();
     let summary = ended.expect("a run without mishaps");
     let mut renderer = Renderer::new(&Trial::default().settings.options).expect("sound options");
     for (report, index) in watcher.reports.iter().zip(0..) {
@@ -265,22 +288,35 @@ fn reports_tell_what_the_renderer_counts() {
         assert_eq!(report.triangles, rendered.mesh.triangles.len());
         assert_eq!(report.seeds_born, rendered.life.born);
         assert_eq!(report.pts_s, index as f64 / 25.0);
-        for stage in [Stage::Features, Stage::Sample, Stage::Triangulate, Stage::Rasterise] {
+        let stages = [Stage::Features, Stage::Sample, Stage::Triangulate, Stage::Rasterise];
+        for stage in stages {
             assert!(report.timing.get(stage) > Duration::ZERO, "{stage} took no time");
         }
+        let spent: Duration = stages.into_iter().map(|stage| report.timing.get(stage)).sum();
+        assert!(spent < wall, "{spent:?} of {wall:?}");
     }
-    assert!(summary.stages.get(Stage::Triangulate).p50_ms > 0.0);
-    assert!(summary.fps() > 0.0);
+    let mut times: Vec<_> =
+        watcher.reports.iter().map(|report| report.timing.get(Stage::Triangulate)).collect();
+    times.sort();
+    let median = summary.stages.get(Stage::Triangulate).p50_ms;
+    let ms = |time: Duration| time.as_secs_f64() * 1e3;
+    // The summary counts in classes of a few per cent.
+    assert!(median >= 0.9 * ms(times[5]) && median <= 1.1 * ms(times[6]), "{median} {times:?}");
+    assert!(summary.fps() >= 12.0 / wall.as_secs_f64(), "{} in {wall:?}", summary.fps());
 }
 
 #[test]
 fn waiting_is_not_work() {
-    let trial = Trial { sink_pace: Duration::from_millis(20), ..Trial::default() };
-    let (ended, _) = trial.run(&mut ());
+    // Long enough that a busy machine does not take as long for anything else.
+    let sink_pace = Duration::from_millis(100);
+    let (ended, _) = Trial { frames: 14, sink_pace, ..Trial::default() }.run(&mut ());
     let stages = ended.expect("a slow sink is no mishap").stages;
-    assert!(stages.get(Stage::Encode).p50_ms >= 19.0);
-    // Everybody waits for the sink, and nobody's report says so.
-    assert!(stages.get(Stage::Decode).p50_ms < 15.0);
+    assert!(stages.get(Stage::Encode).p50_ms >= 100.0);
+    // More frames than there is room for: all stages wait for the sink, and none counts it as work.
+    for stage in [Stage::Decode, Stage::Features, Stage::Refine, Stage::Rasterise] {
+        let ms = stages.get(stage).p50_ms;
+        assert!(ms < 80.0, "{stage}: {ms} ms");
+    }
 }
 
 #[test]
@@ -331,14 +367,15 @@ fn a_sink_that_fails_ends_the_run_unfinished() {
 
 #[test]
 fn the_first_error_in_frame_order_wins() {
-    // The source fails long before the sink gets there; the sink's frame is the earlier one.
+    // The sink fails after the source has, at an earlier frame.
     let trial = Trial {
         source: Some((5, Mishap::Error)),
         sink: Some((2, Mishap::Error)),
-        sink_pace: Duration::from_millis(20),
+        sink_fails_last: true,
         ..Trial::default()
     };
-    let (ended, _) = trial.run(&mut ());
+    let (ended, log) = trial.run(&mut ());
+    assert!(log.source_failed.load(SeqCst));
     assert!(ended.expect_err("both failed").to_string().starts_with("frame 2, encode"));
 }
 
@@ -425,7 +462,7 @@ fn an_input_without_frames_is_an_error() {
 #[test]
 fn a_source_that_cannot_start_says_why() {
     let log = Arc::new(Log::default());
-    let sink = StubSink { log: log.clone(), mishap: None, pace: Duration::ZERO };
+    let sink = StubSink { log: log.clone(), mishap: None, pace: Duration::ZERO, fails_last: false };
     let ended = run(
         || Err(Error::usage("an invented reason")),
         Box::new(sink),

@@ -40,7 +40,7 @@ impl Shot {
 }
 
 impl Display {
-    /// The display of the environment; `None`, loudly, if there is none that will do.
+    /// The display of the environment; `None`, with a message, if there is none that is large enough.
     pub(crate) fn open() -> Option<Self> {
         match Self::connect() {
             Ok(display) => Some(display),
@@ -135,6 +135,6 @@ impl Display {
         let (protocols, delete) = (atom(b"WM_PROTOCOLS"), atom(b"WM_DELETE_WINDOW"));
         let event = ClientMessageEvent::new(32, window, protocols, [delete, 0, 0, 0, 0]);
         let sent = self.x.send_event(false, window, EventMask::NO_EVENT, event).expect("X");
-        sent.check().expect("it is told");
+        sent.check().expect("the message is sent");
     }
 }

@@ -77,7 +77,7 @@ fn truncated_stills_are_errors_and_keep_what_is_there_on_request() {
         }
         if ["png", "jpg", "gif"].contains(&extension) {
             let (_, frames, error) = read(&cut, &allow);
-            assert!(error.is_some(), "{cut}: what was kept is told as well");
+            assert!(error.is_some(), "{cut}: the error comes with what was kept");
             let expected = read_one(&file);
             assert_eq!(frames[0].frame.row(5), expected.row(5), "{cut}");
         }

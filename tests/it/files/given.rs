@@ -42,7 +42,7 @@ pub(crate) fn read(
     let all = || -> Result<()> {
         let mut source = opened.start()?;
         while let Some(decoded) = source.next()? {
-            assert_eq!(decoded.frame.size(), info.size, "the size that the header told");
+            assert_eq!(decoded.frame.size(), info.size, "the size that the header gave");
             frames.push(decoded);
         }
         Ok(())

@@ -5,7 +5,7 @@ mod animations;
 mod broken;
 mod gif_in;
 mod gif_out;
-mod given;
+pub(crate) mod given;
 mod outputs;
 mod sequences;
 mod stills;

@@ -16,6 +16,7 @@ const MAX_COOLDOWN: u8 = 2;
 /// By how much a painted triangle has to change to activate its corners, as a share of the minimum gain. Noise of
 /// two 8-bit steps in every pixel stays far below: the mean of a triangle evens it out. Measured: with half of it
 /// no video has less error or flicker, and stills take a frame or two more to settle.
+/// Measured by `cargo xtask measure activation`.
 const ACTIVATION_THRESHOLD: f64 = 1.0;
 
 /// Set in a vertex's count of frames where not all of its triangles are covered by this frame.

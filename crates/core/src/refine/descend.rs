@@ -18,6 +18,7 @@ use crate::mesh::Place;
 
 /// How far a vertex tries to go first, in 1/256 pixel, when nothing is known of it or it is activated. Measured when
 /// it is activated: 2 to 3 % less error than with a quarter of it, on stills and on video, in the same time.
+/// Measured by `cargo xtask measure first-reach`.
 const FIRST_REACH: i32 = SUBPIXEL;
 
 /// A vertex whose step fails at this length is deactivated: 1/16 pixel.
@@ -28,6 +29,7 @@ const MAX_REACH: i32 = 6 * SUBPIXEL;
 
 /// A step is not tried when the slope promises less than this share of what it has to gain. Measured on
 /// video: below it are half of the trials and one move in ten, those that gain least.
+/// Measured by `cargo xtask measure promise`.
 const PROMISE: f64 = 0.5;
 
 /// A vertex whose slope promises less than this share is left alone for a while.
@@ -37,17 +39,20 @@ const IDLE: f64 = 0.25;
 /// is not visited. Measured: this skips nine in ten of the vertices that would try a step on calm clips, and one in
 /// four on the fastest. What they would gain there, a half and a tenth of what all steps do, nearly comes from
 /// re-placing instead: squared error rises by 1 to 11 %, flicker by 2 % at most.
+/// Measured by `cargo xtask measure min-visit-error`.
 const MIN_VISIT_ERROR: f64 = 80.0;
 
 /// In [streams](super::options::Mode::Stream), the largest share of the vertices that one step visits, those with the
 /// largest error around them: the time of a step must not depend on how much of the picture moves. Measured at 1080p:
 /// a snowy street has 63 % to visit, and takes a quarter less time for the first step, for 14 % more error and 5 %
 /// more flicker; with three steps a seventh less, for 7 % and 3 %. A commercial has 40 %, for 1 % and 1 %.
+/// Measured by `cargo xtask measure max-visited`.
 const MAX_VISITED: f64 = 0.25;
 
 /// Places that a vertex tries along its gradient until one gains enough; in [streams](super::options::Mode::Stream)
 /// the second is tried in the next frame. Measured there: second trials are 15 to 18 % of what is tried, and bring 4
 /// to 6 % of what is gained; without them there is half a per cent more error.
+/// Measured by `cargo xtask measure trials`.
 const TRIALS: usize = 2;
 
 /// The shortest and the longest next trial, as shares of one that failed.
@@ -56,6 +61,7 @@ const MAX_SHRINK: f64 = 0.6;
 
 /// The largest factor by which a step that gains is stretched, and the smallest that is tried. Measured: with twice
 /// the largest, at most 1 % more error.
+/// Measured by `cargo xtask measure max-stretch`.
 const MAX_STRETCH: f64 = 4.0;
 const MIN_STRETCH: f64 = 1.3;
 

@@ -7,6 +7,7 @@ use crate::geom::{Point, SUBPIXEL};
 
 /// Pixels of edge for each sample, and those in [thorough](super::options::Mode::Thorough) mode; edges are about 10
 /// pixels long.
+/// Measured by `cargo xtask measure edge-samples`.
 const SPACING: f32 = 3.0;
 const CLOSE_SPACING: f32 = 2.0;
 

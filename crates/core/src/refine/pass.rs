@@ -22,6 +22,7 @@ pub(super) struct Pass<'a> {
 /// Squared 8-bit steps for a unit of flatness at the default regularity, as a share of a cell's error.
 /// Measured on 16 stills: 0.25 % of the triangles have an angle below 5 degrees in the mean, where those of
 /// the plain Delaunay mesh of the same seeds are 2 %.
+/// Measured by `cargo xtask measure shape`.
 const SHAPE: f64 = 0.003;
 
 /// The same at regularity 1, where it would be infinite.
