@@ -78,7 +78,7 @@ impl DetailController {
     /// When a replay has more frames.
     pub(super) fn check_end(&self, index: u64) -> Result<()> {
         match self {
-            Self::Replay(script) => script.end(index),
+            Self::Replay(script) => script.check_end(index),
             _ => Ok(()),
         }
     }

@@ -114,8 +114,8 @@ impl Script {
         })
     }
 
-    /// The input has ended before frame `index`.
-    pub(super) fn end(&self, index: u64) -> Result<()> {
+    /// Checks that the input may end before frame `index`.
+    pub(super) fn check_end(&self, index: u64) -> Result<()> {
         let held = self.frames();
         if index == held {
             return Ok(());
@@ -286,8 +286,8 @@ mod tests {
         script.check(&Options::default()).expect("the same options");
         assert_eq!(script.detail(0).expect("there"), Detail::FULL);
         assert_eq!(script.detail(1).expect("there").steps, Some(Steps::from_eighths(11)));
-        script.end(2).expect("as many frames");
-        let few = script.end(1).expect_err("one frame less").to_string();
+        script.check_end(2).expect("as many frames");
+        let few = script.check_end(1).expect_err("one frame less").to_string();
         assert_eq!(few, "r.json: it holds 2 frames, and the input only 1");
         let many = script.detail(2).expect_err("one frame more").to_string();
         assert_eq!(many, "r.json: the input has more than its 2 frames");

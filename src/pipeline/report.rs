@@ -1,4 +1,4 @@
-//! What a run has to say of itself: for every frame, in sum, and as JSON.
+//! The report of a run: of every frame, in total, and as JSON.
 
 use std::ffi::OsStr;
 use std::time::Duration;
@@ -12,7 +12,7 @@ use crate::options::{Detail, Options};
 use crate::stage::{Percentiles, Stage, Timing};
 use crate::stream::StreamInfo;
 
-/// How one frame came to be, in figures.
+/// The figures of one frame.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct FrameReport {
@@ -30,19 +30,19 @@ pub struct FrameReport {
     pub seeds_moved: usize,
     /// Seeds that were not there before.
     pub seeds_born: usize,
-    /// Seeds of the frame before that are gone.
+    /// Seeds of the frame before that were removed.
     pub seeds_died: usize,
     /// Triangles of its mesh.
     pub triangles: usize,
-    /// Refinement steps that it got, the last perhaps in part: [`FrameReport::orders`] tells.
+    /// Refinement steps that were done, the last perhaps in part: see [`FrameReport::orders`].
     pub refine_steps: u32,
     /// Likeness to the source in the measure of `--error`, of frames that were refined to a target.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub likeness: Option<f64>,
-    /// Whether that is less than was asked for.
+    /// Whether that is less than the target.
     #[serde(skip)]
     pub short: bool,
-    /// Share of the full quality that was asked for, 1 without a budget.
+    /// Share of the requested quality, 1 without a budget.
     pub detail: f64,
     /// The same exactly: what a replay needs.
     pub orders: Detail,
@@ -57,7 +57,7 @@ pub struct FrameReport {
 }
 
 impl FrameReport {
-    /// The report of frame `index` before anything is known of it.
+    /// An empty report of frame `index`.
     pub(super) fn new(index: u64) -> Self {
         Self {
             index,
@@ -118,23 +118,23 @@ pub enum Ending {
     Complete,
     /// When it was asked to stop; the output is a shorter one.
     Stopped,
-    /// The reader of the output had enough.
+    /// The reader of the output closed it.
     Closed,
-    /// With an input that broke off, where that was allowed; the output holds the frames before.
+    /// With an input that was cut short, where that was allowed; the output holds the frames before.
     Truncated(Error),
 }
 
-/// A run in sum.
+/// The figures of a run in total.
 #[derive(Debug)]
 #[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Summary {
     /// Frames written.
     pub frames: u64,
-    /// Frames of a live source that were not taken in.
+    /// Frames of a live source that were dropped.
     pub dropped: u64,
     /// Frames that were refined to a target and did not reach it.
     pub short: u64,
-    /// The least likeness of the frames that were refined to a target.
+    /// The lowest likeness of the frames that were refined to a target.
     pub likeness: Option<f64>,
     /// How the time budget was kept.
     pub budget: BudgetReport,
@@ -165,7 +165,7 @@ pub struct Report {
     pub options: Options,
     /// Frames written.
     pub frames: u64,
-    /// Frames of a live source that were not taken in.
+    /// Frames of a live source that were dropped.
     pub dropped: u64,
     /// Seconds from start to finished output.
     pub wall_s: f64,

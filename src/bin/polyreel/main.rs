@@ -8,8 +8,6 @@ mod cli;
 mod convergence;
 mod crash;
 mod evaluate;
-#[cfg(target_os = "linux")]
-mod huge_pages;
 mod info;
 mod inspect;
 mod interrupt;
@@ -35,10 +33,6 @@ use clap::Parser;
 use polyreel::error::{Error, Result};
 
 use cli::{Cli, Command};
-
-#[cfg(target_os = "linux")]
-#[global_allocator]
-static MEMORY: huge_pages::HugePages = huge_pages::HugePages;
 
 /// How a command ended that did not fail.
 enum Outcome {
