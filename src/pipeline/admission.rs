@@ -16,18 +16,18 @@ use super::hop::{Admitted, FrameContext, FrameSettings};
 use super::report::FrameReport;
 use super::worker::StageWorker;
 
-/// Asks a run to stop early. Clones ask for the same. To stop is to have a shorter input: what is in
-/// flight is finished, and the output is complete and valid.
+/// Asks a run to stop early; clones stop the same run. A stop has the effect of a shorter input: frames in
+/// flight are finished, and the output is complete and valid.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// Asks for the stop.
+    /// Requests the stop.
     pub fn request(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether somebody asked.
+    /// Whether a stop was requested.
     pub fn is_requested(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -74,7 +74,7 @@ impl Admission<'_> {
     }
 }
 
-/// Starts the source and reads it to its end, on the thread that calls.
+/// Starts the source and reads it to its end, on the calling thread.
 pub(super) fn decode(
     start: impl FnOnce() -> Result<Box<dyn Source>>,
     mut worker: StageWorker<Admitted>,

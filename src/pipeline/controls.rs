@@ -5,7 +5,7 @@ use std::sync::{Arc, PoisonError, RwLock};
 use crate::error::Result;
 use crate::options::Options;
 
-/// The options of a run, which may be changed while it goes on. Clones are the same controls.
+/// The options of a run, which may change while it goes on. Clones are the same controls.
 #[derive(Clone, Debug, Default)]
 pub struct Controls(Arc<RwLock<Arc<Options>>>);
 
@@ -19,13 +19,13 @@ impl Controls {
         Ok(Self(Arc::new(RwLock::new(Arc::new(options)))))
     }
 
-    /// The options as they are now. As long as they stay the same it is the same `Arc`.
+    /// The current options. Until they change it is the same `Arc`.
     pub fn options(&self) -> Arc<Options> {
         // Nothing panics while the lock is held, and an Arc is always whole.
         self.0.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Changes the options, from the next frame on that is let in.
+    /// Changes the options for all frames that are admitted from now on.
     ///
     /// # Errors
     /// When an option is out of range; nothing is changed then.

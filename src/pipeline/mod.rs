@@ -53,8 +53,8 @@ use sink_loop::SinkLoop;
 use stages::{Output, Stages, spawn_stages};
 use worker::StageWorker;
 
-/// The most frames that exist at a time: one in the hands of each of the five threads, one in each of
-/// the four channels between them. Two more, painted already, may wait to be filled again.
+/// The maximum number of frames that exist at a time: one in each of the five threads, one in each of the
+/// four channels between them. The buffers of two more, painted already, may wait to be filled again.
 pub const IN_FLIGHT: usize = 9;
 
 /// The most threads that [`Settings::threads`] may ask for, for each of the three stages.
@@ -80,7 +80,7 @@ pub struct Settings {
     /// Whether the source is live: frames that find no room are dropped, the newest is kept.
     /// Default `false`.
     pub live: bool,
-    /// Whether an input that breaks off still gives an output, of the frames before. Default `false`.
+    /// Whether an input that is cut short still gives an output, of the frames before. Default `false`.
     pub allow_truncated: bool,
 }
 
@@ -91,21 +91,21 @@ pub trait Observer {
     fn frame_done(&mut self, report: &FrameReport) -> ControlFlow<()>;
 }
 
-/// The observer that does not look.
+/// The observer that ignores all reports.
 impl Observer for () {
     fn frame_done(&mut self, _: &FrameReport) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 }
 
-/// Renders all that the source has to the sink. `start` is called on the decoding thread. Of the threads
-/// of a run rayon keeps some 30 KiB for good (measured on two cores): for very many short runs in one
-/// process there is [`crate::render::Renderer`], which keeps nothing.
+/// Renders all frames of the source to the sink. `start` is called on the decoding thread. rayon keeps some
+/// 30 KiB of every run for good (measured on two cores): use [`crate::render::Renderer`] for very many short
+/// runs in one process.
 ///
 /// # Errors
 /// The first error in frame order, with the frame's number and the stage; the frames before it have
 /// been written, but the sink is dropped unfinished. [`Error::Usage`] for options out of range, and for
-/// an input without frames. A reader who closed the output is no error but [`Ending::Closed`].
+/// an input without frames. That a reader closed the output is not an error, but [`Ending::Closed`].
 ///
 /// # Panics
 /// A panic in a stage, in the source, the sink or the observer is resumed here, after the sink has been
@@ -221,8 +221,8 @@ impl Drop for End<'_> {
     }
 }
 
-/// A thread called `name`. When it cannot be had, those that were begun end by themselves, because
-/// their channels do.
+/// Starts a thread called `name`. If that fails, threads that run already end by themselves, because their
+/// channels are closed.
 fn spawn<'s, T: Send + 's>(
     scope: &'s Scope<'s, '_>,
     name: &str,
@@ -234,7 +234,7 @@ fn spawn<'s, T: Send + 's>(
         .map_err(|error| Error::thread(name, error))
 }
 
-/// What the thread returned; its panic goes on here.
+/// Waits for the thread and returns its result; resumes its panic here.
 fn resume<T>(handle: ScopedJoinHandle<'_, T>) -> T {
     handle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }

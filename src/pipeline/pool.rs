@@ -4,11 +4,11 @@ use std::num::NonZeroUsize;
 
 use crate::error::{Error, Result};
 
-/// A stage's pool of threads, the first of which is the stage's own: it does not hand its work over and
-/// wait. It waits for channels between frames only; nothing inside the pool's work does.
+/// A stage's pool of threads, the first of which is the stage's own, which works rather than wait for the
+/// others. It waits for channels between frames only, never inside the pool's work.
 ///
-/// Level one, the mesh and the rasteriser have one each: in a common queue a short piece of work waits
-/// for a long one of another stage, and takes as long as it. Measured with `cargo bench --bench pipeline`
+/// Level one, the mesh and the rasteriser have a pool each: in a common one a short piece of work waits for
+/// a long one of another stage. Measured with `cargo bench --bench pipeline`
 /// on 720p video with one step of refinement: a quarter more frames a second, and half of the time in
 /// each stage.
 pub(super) struct Pool(rayon::ThreadPool);

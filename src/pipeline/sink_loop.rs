@@ -22,7 +22,7 @@ pub(super) struct SinkLoop<'a> {
     pub(super) buffers: Sender<Buffers>,
     /// The user's request to stop.
     pub(super) stop: &'a Stop,
-    /// Whether an input that breaks off still gives an output, of the frames before.
+    /// Whether an input that is cut short still gives an output, of the frames before.
     pub(super) keep_truncated: bool,
 }
 

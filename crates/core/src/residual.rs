@@ -50,7 +50,7 @@ impl ResidualRequest {
         (&mut self.buffers.pixels, ResidualWriter(self.share))
     }
 
-    /// The buffer for a picture as planes of so many `bytes`, and what writes it.
+    /// The buffer for a picture as planes of this many `bytes`, and what writes it.
     pub(crate) fn planes(&mut self, bytes: usize) -> (&mut [u8], ResidualWriter) {
         self.buffers.planes.resize(bytes, 0);
         (&mut self.buffers.planes, ResidualWriter(self.share))

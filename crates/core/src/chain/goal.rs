@@ -14,9 +14,9 @@ use crate::refine::{RefineOptions, Refined, Refiner};
 use crate::sample::Sampler;
 use crate::triangulate::triangulate;
 
-/// With smooth edges no less than this share is left of the squared error that hard ones have: on 16 stills it was
-/// 0.75 to 1.17.
-const LEFT_WHERE_SMOOTH: f64 = 0.5;
+/// A lower bound of the squared error with smooth edges, as a share of that with hard ones. It was 0.75 to 1.17 on
+/// 16 stills.
+const MIN_SMOOTH_SHARE: f64 = 0.5;
 
 /// Likeness at which refinement stops.
 #[derive(Clone, Copy, Debug)]
@@ -26,13 +26,13 @@ pub(super) struct Goal {
 }
 
 impl Goal {
-    /// As `options` ask for it, if they do.
+    /// The goal of the `options`, if they have one.
     pub(super) fn of(options: &Options) -> Option<Self> {
         options.error.map(|target| Self { target, edges: options.edges })
     }
 
     /// The likeness of the painted `mesh` to `source`, which is `frame` over white. Outlines are not
-    /// drawn: they are no error.
+    /// drawn: they do not count as error.
     fn measure(self, source: &Frame, mesh: &Mesh, frame: &Frame) -> Result<f64> {
         let painted = over_white(&rasterise(mesh, frame, self.edges, None).frame);
         match self.target {
@@ -42,7 +42,7 @@ impl Goal {
     }
 }
 
-/// Refines `mesh` anew until its rendering is as like `frame` as the `goal` asks, or `plan` ends. `observer`
+/// Refines a fresh `mesh` until its rendering is as like `frame` as the `goal` asks, or `plan` ends. `observer`
 /// is shown the mesh and its squared error before every step.
 ///
 /// # Errors
@@ -58,14 +58,14 @@ pub(super) fn reach(
     let Goal { target, edges } = goal;
     let source = over_white(frame);
     let samples = (3 * frame.size().pixels()) as f64;
-    let least = if edges == Edges::Smooth { LEFT_WHERE_SMOOTH } else { 1.0 };
+    let min_share = if edges == Edges::Smooth { MIN_SMOOTH_SHARE } else { 1.0 };
     let mut failure = None;
     let mut watch = |mesh: &Mesh, error: f64| {
         observer(mesh, error);
         // Rounding the colours only adds to their error: most steps need not be painted.
         if let Target::Psnr(db) = target
             && frame.is_opaque()
-            && psnr(least * error / samples) < db
+            && psnr(min_share * error / samples) < db
         {
             return true;
         }
@@ -88,52 +88,52 @@ pub(super) fn reach(
 /// The number of points that the search begins with.
 const FIRST: u32 = 32;
 
-/// No more than one point for so many pixels: a picture of triangles of two pixels is none.
+/// At most one point for this many pixels: with more, triangles would have two pixels.
 const PIXELS_A_POINT: usize = 4;
 
-/// The search ends when it knows the number to one part in so many.
-const EXACT: u32 = 50;
+/// The search ends when it knows the number to one part in this many.
+const PRECISION: u32 = 50;
 
 /// The fewest points that reach the `goal` on `frame`, to 2 %: doubled until they do, then halved in
 /// between. At most a quarter of the pixels.
 ///
 /// # Errors
-/// When that many do not reach it, or it cannot be measured.
+/// When that many do not reach it, or the likeness cannot be measured.
 pub(super) fn fewest(
     options: &Options,
     goal: Goal,
     features: &Features,
     frame: &Frame,
 ) -> Result<u32> {
-    let most = u32::try_from(frame.size().pixels() / PIXELS_A_POINT).unwrap_or(u32::MAX).max(1);
+    let max = u32::try_from(frame.size().pixels() / PIXELS_A_POINT).unwrap_or(u32::MAX).max(1);
     let try_out = |count: u32| -> Result<f64> {
         let options = Options { points: Points::Count(count), ..options.clone() };
         let seeds = Sampler::new(&options).choose(features);
         let mut mesh = triangulate(frame.size(), &seeds)?;
         let plan = RefineOptions::fresh(&options);
-        // A refiner of its own: what it has learnt of another mesh must not count.
+        // A refiner of its own: what another has learnt of another mesh must not count.
         let refined =
             reach(goal, &mut Refiner::default(), &mut mesh, frame, &plan, &mut |_, _| ())?;
         Ok(refined.likeness.unwrap_or(f64::NEG_INFINITY))
     };
     let target = goal.target;
-    let (mut low, mut high) = (0, FIRST.min(most));
+    let (mut low, mut high) = (0, FIRST.min(max));
     loop {
         let likeness = try_out(high)?;
         if likeness >= target.value() {
             break;
         }
-        if high == most {
+        if high == max {
             return Err(Error::Unreachable {
                 target: target.told(target.value()),
-                most: most as usize,
+                most: max as usize,
                 pixels_a_point: PIXELS_A_POINT,
                 likeness: target.told(likeness),
             });
         }
-        (low, high) = (high, high.saturating_mul(2).min(most));
+        (low, high) = (high, high.saturating_mul(2).min(max));
     }
-    while high - low > (high / EXACT).max(1) {
+    while high - low > (high / PRECISION).max(1) {
         let middle = low + (high - low) / 2;
         if try_out(middle)? >= target.value() {
             high = middle;

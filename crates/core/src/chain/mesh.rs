@@ -37,7 +37,7 @@ pub type Observer<'a> = &'a mut (dyn FnMut(&Mesh, f64) + Send);
 /// The middle of the chain: chooses seeds, or carries those of the last frame, and refines their mesh.
 #[derive(Debug)]
 pub struct MeshStage {
-    /// As they were asked for.
+    /// As the user gave them.
     requested: Options,
     /// The same with [`Points::Auto`] as the number that was found.
     options: Options,
@@ -200,7 +200,7 @@ impl MeshStage {
         if let Some(goal) = Goal::of(&self.options) {
             return reach(goal, &mut self.refiner, mesh, frame, &plan, observer);
         }
-        // A refiner that is asked for no step does not measure the error.
+        // Without a step the refiner does not measure the error.
         let measured = RefineOptions { steps: plan.steps.max(1), ..plan };
         let mut watch = |mesh: &Mesh, error: f64| {
             observer(mesh, error);

@@ -106,7 +106,7 @@ pub struct Chain {
     features: FeatureStage,
     mesh: MeshStage,
     paint: PaintStage,
-    /// Of the last frame, where the mesh stage asked for it.
+    /// Of the last frame, where the mesh stage requested it.
     residual: Option<Residual>,
 }
 
