@@ -88,6 +88,7 @@ pub mod source;
 pub mod stream;
 
 pub use error::{Cause, Error, Result};
+pub use ffmpeg::{Ffmpeg, Processes};
 pub use pipeline::{
     BudgetReport, Controls, DetailPolicy, Ending, FrameReport, Observer, Settings, StageTimes,
     Stop, Summary, run,
@@ -99,8 +100,8 @@ pub use polyreel_core::{
     PRESETS, Point, Points, Preset, Quality, Rendered, Renderer, Rgba, SUBPIXEL, Size, Target,
     Thresholds,
 };
+pub use sink::Sound;
 pub use sink::ffmpeg::VideoOptions;
-pub use sink::sound::Sound;
 pub use sink::{Needs, Origin, Picture, Sink, SinkOptions, create};
 pub use source::{Decoded, Input, Source, SourceOptions, open};
 pub use stream::{Loops, Span, StreamInfo};

@@ -16,8 +16,10 @@ use std::time::Duration;
 
 use ffmpeg_sidecar::command::FfmpegCommand;
 
-use crate::ffmpeg::pipe::Pipe;
-use crate::ffmpeg::watch::{LONG_PATIENCE, TICK, Watch, kill, lock, running};
+use super::Ffmpeg;
+use super::pipe::Pipe;
+use super::processes::{Processes, kill};
+use super::watch::{LONG_PATIENCE, READER_LIMIT, Watch, lock};
 
 /// Lines of standard error that are kept, and their length in bytes.
 const TAIL: usize = 20;
@@ -42,18 +44,32 @@ struct Words {
 /// A running child.
 pub(crate) struct Child {
     inner: std::process::Child,
+    processes: Processes,
     watch: Arc<Watch>,
     words: Arc<(Mutex<Words>, Condvar)>,
     status: Option<ExitStatus>,
 }
 
 impl Child {
-    /// Starts `program`, all three pipes ours, in a process group of its own: a Ctrl-C in the
-    /// terminal is for us to act on, and must not end an encoder before it can finish its file.
+    /// Starts ffmpeg with `args`.
     ///
     /// # Errors
-    /// When it cannot be started; a missing program is told with how to get it.
-    pub(crate) fn spawn(program: &Path, args: &[OsString]) -> Result<Self, String> {
+    /// When it cannot be started; for a missing program the message says how to get it.
+    pub(crate) fn ffmpeg(ffmpeg: &Ffmpeg, args: &[OsString]) -> Result<Self, String> {
+        Self::spawn(&ffmpeg.ffmpeg(), args, &ffmpeg.processes)
+    }
+
+    /// Starts ffprobe with `args`.
+    ///
+    /// # Errors
+    /// As [`Child::ffmpeg`].
+    pub(crate) fn ffprobe(ffmpeg: &Ffmpeg, args: &[OsString]) -> Result<Self, String> {
+        Self::spawn(&ffmpeg.ffprobe(), args, &ffmpeg.processes)
+    }
+
+    /// Starts `program`, all three pipes ours, in a process group of its own: a Ctrl-C in the
+    /// terminal is for us to act on, and must not end an encoder before it can finish its file.
+    fn spawn(program: &Path, args: &[OsString], processes: &Processes) -> Result<Self, String> {
         let mut command = FfmpegCommand::new_with_path(program);
         // The crate puts `-loglevel level+info` in front: ours comes later and counts.
         command.args(args.iter().map(OsString::as_os_str));
@@ -62,24 +78,22 @@ impl Child {
         let mut command: Command = command.into();
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
-        let mut running = running();
-        let inner = spawn_patiently(&mut command).map_err(|error| no_start(program, &error))?;
-        running.insert(inner.id(), false);
-        drop(running);
-        Self::watched(inner).map_err(|error| no_start(program, &error))
+        spawn_patiently(&mut command, processes)
+            .and_then(|inner| Self::watched(inner, processes.clone()))
+            .map_err(|error| no_start(program, &error))
     }
 
-    fn watched(mut inner: std::process::Child) -> io::Result<Self> {
-        let watch = Arc::new(Watch::over(inner.id()));
+    fn watched(mut inner: std::process::Child, processes: Processes) -> io::Result<Self> {
+        let watch = Arc::new(Watch::over(inner.id(), processes.clone()));
         let words = Arc::new((Mutex::new(Words::default()), Condvar::new()));
         let stderr = inner.stderr.take();
         // From here on the child is killed and reaped if anything fails.
-        let child = Self { inner, watch, words, status: None };
+        let child = Self { inner, processes, watch, words, status: None };
         if let Some(stderr) = stderr {
-            let words = Arc::clone(&child.words);
+            let (words, watch) = (Arc::clone(&child.words), Arc::clone(&child.watch));
             thread::Builder::new()
                 .name("ffmpeg-stderr".into())
-                .spawn(move || drain(stderr, &words))?;
+                .spawn(move || drain(stderr, &words, &watch))?;
         }
         let watch = Arc::clone(&child.watch);
         thread::Builder::new().name("ffmpeg-watch".into()).spawn(move || watch.run())?;
@@ -103,20 +117,18 @@ impl Child {
         }
     }
 
-    /// Makes it one of those that [`hang_up`](crate::ffmpeg::hang_up) ends.
-    pub(crate) fn may_hang_up(&self) {
-        running().entry(self.watch.pid).and_modify(|endless| *endless = true);
-    }
-
     /// The child's standard input. There is one only once.
     pub(crate) fn stdin(&mut self) -> Option<Pipe<ChildStdin>> {
         let pipe = self.inner.stdin.take()?;
         Some(Pipe::new(pipe, Arc::clone(&self.watch)))
     }
 
-    /// The child's standard output. There is one only once.
+    /// The child's standard output, which makes it one of those that [`Processes::end_readers`] ends. There is
+    /// one only once.
     pub(crate) fn stdout(&mut self) -> Option<Pipe<ChildStdout>> {
         let pipe = self.inner.stdout.take()?;
+        self.processes.mark_reader(self.watch.pid);
+        self.watch.limit.store(READER_LIMIT, Ordering::Relaxed);
         Some(Pipe::new(pipe, Arc::clone(&self.watch)))
     }
 
@@ -142,25 +154,27 @@ impl Child {
     }
 
     fn reap(&mut self) -> io::Result<()> {
-        let mut running = running();
-        let mut reaped = lock(&self.watch.reaped);
-        if self.status.is_none() {
-            self.status = self.inner.try_wait()?;
-        }
-        if self.status.is_some() {
-            running.remove(&self.watch.pid);
-            *reaped = true;
-            self.watch.ended.notify_all();
-        }
-        Ok(())
+        let Self { inner, processes, watch, status, .. } = self;
+        processes.reap(watch.pid, || {
+            let mut reaped = lock(&watch.reaped);
+            if status.is_none() {
+                match inner.try_wait() {
+                    Ok(ended) => *status = ended,
+                    Err(error) => return (false, Err(error)),
+                }
+            }
+            *reaped = status.is_some();
+            watch.ended.notify_all();
+            (*reaped, Ok(()))
+        })
     }
 
     /// Why the child failed: its own last words, or how it ended. Called after [`Child::wait`].
     pub(crate) fn last_words(&self) -> String {
         let said = self.said();
-        let mut text = if self.watch.hung.load(Ordering::Relaxed) {
-            let patience = TICK * self.watch.patience.load(Ordering::Relaxed);
-            format!("it stopped working and was ended after {} s", patience.as_secs())
+        let hung = self.watch.hung.load(Ordering::Relaxed);
+        let mut text = if hung > 0 {
+            format!("it stopped working and was ended after {hung} s")
         } else {
             match self.status {
                 Some(status) if !status.success() => status.to_string(),
@@ -169,6 +183,10 @@ impl Child {
         };
         if !said.is_empty() {
             text = if text.is_empty() { said } else { format!("{said} ({text})") };
+        }
+        if TOO_OLD.iter().any(|words| text.contains(words)) {
+            text +=
+                "; this ffmpeg is too old: 5.1 or later is needed, name another with --ffmpeg PATH";
         }
         if text.is_empty() { "it said nothing".into() } else { text }
     }
@@ -207,28 +225,33 @@ impl Drop for Child {
             kill(self.watch.pid);
             // Falls through to the child itself where there are no process groups.
             let _ = self.inner.kill();
-            let mut running = running();
-            let mut reaped = lock(&self.watch.reaped);
-            let _ = self.inner.wait();
-            running.remove(&self.watch.pid);
-            *reaped = true;
-            self.watch.ended.notify_all();
+            let Self { inner, processes, watch, .. } = self;
+            processes.reap(watch.pid, || {
+                let mut reaped = lock(&watch.reaped);
+                let _ = inner.wait();
+                *reaped = true;
+                watch.ended.notify_all();
+                (true, ())
+            });
         }
     }
 }
 
 /// Starts the command; a program that is being written this moment (a wrapper script, say) is tried
 /// again.
-fn spawn_patiently(command: &mut Command) -> io::Result<std::process::Child> {
+fn spawn_patiently(
+    command: &mut Command,
+    processes: &Processes,
+) -> io::Result<std::process::Child> {
     for _ in 0..20 {
-        match command.spawn() {
+        match processes.start(command) {
             Err(error) if error.kind() == io::ErrorKind::ExecutableFileBusy => {
                 thread::sleep(Duration::from_millis(10));
             }
             other => return other,
         }
     }
-    command.spawn()
+    processes.start(command)
 }
 
 fn no_start(program: &Path, error: &io::Error) -> String {
@@ -243,7 +266,7 @@ fn no_start(program: &Path, error: &io::Error) -> String {
 }
 
 /// Reads `stderr` to its end and keeps the last lines.
-fn drain(mut stderr: ChildStderr, words: &(Mutex<Words>, Condvar)) {
+fn drain(mut stderr: ChildStderr, words: &(Mutex<Words>, Condvar), watch: &Watch) {
     let mut buffer = [0; 8192];
     let mut line = Vec::with_capacity(LINE);
     loop {
@@ -253,6 +276,7 @@ fn drain(mut stderr: ChildStderr, words: &(Mutex<Words>, Condvar)) {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
             Err(_) => break,
         };
+        watch.said.fetch_add(count as u64, Ordering::Relaxed);
         for &byte in &buffer[..count] {
             if byte == b'\n' || byte == b'\r' {
                 keep(&mut lock(&words.0), &line);
@@ -271,14 +295,12 @@ fn drain(mut stderr: ChildStderr, words: &(Mutex<Words>, Condvar)) {
 /// What makes a line a complaint: ffmpeg's level, or a damage that it only warns of.
 const SERIOUS: [&str; 4] = ["[error]", "[fatal]", "[panic]", "corrupt decoded frame"];
 
+/// What an ffmpeg says that does not know our options. All came with 5.1 or before.
+const TOO_OLD: [&str; 2] = ["Unrecognized option 'fps_mode'", "Option fps_mode not found"];
+
 /// Remarks that sound files and our own options cause.
-const HARMLESS: [&str; 4] = [
-    "mmco: unref short failure",
-    "co located POCs unavailable",
-    "deprecated pixel format",
-    // Its successor is unknown to ffmpeg before 5.1.
-    "-vsync is deprecated",
-];
+const HARMLESS: [&str; 3] =
+    ["mmco: unref short failure", "co located POCs unavailable", "deprecated pixel format"];
 
 fn keep(words: &mut Words, line: &[u8]) {
     let line = String::from_utf8_lossy(line);
@@ -344,7 +366,8 @@ mod tests {
 
     #[test]
     fn a_missing_program_is_told_with_its_cure() {
-        let text = Child::spawn(Path::new("/nowhere/ffmpeg"), &[]).err().expect("it is missing");
+        let ffmpeg = Ffmpeg::from(std::path::PathBuf::from("/nowhere/ffmpeg"));
+        let text = Child::ffmpeg(&ffmpeg, &[]).err().expect("it is missing");
         assert!(text.contains("apt-get install ffmpeg") && text.contains("--ffmpeg"), "{text}");
     }
 }

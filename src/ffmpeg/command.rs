@@ -1,26 +1,9 @@
-//! Words for ffmpeg's command line: the programs, the names of inputs and outputs.
+//! Words for ffmpeg's command line: the names of inputs and outputs.
 
 use std::ffi::{OsStr, OsString};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// The program to run as ffmpeg.
-pub(crate) fn ffmpeg_program(ffmpeg: Option<&Path>) -> PathBuf {
-    ffmpeg.unwrap_or(Path::new("ffmpeg")).to_path_buf()
-}
-
-/// ffprobe: beside the given ffmpeg if there is one, else the one on the search path.
-pub(crate) fn ffprobe_program(ffmpeg: Option<&Path>) -> PathBuf {
-    let beside = ffmpeg.and_then(|ffmpeg| {
-        let name = ffmpeg.file_name()?.to_str()?;
-        let name = if name.contains("ffmpeg") {
-            name.replace("ffmpeg", "ffprobe")
-        } else {
-            "ffprobe".into()
-        };
-        Some(ffmpeg.with_file_name(name))
-    });
-    beside.filter(|path| path.is_file()).unwrap_or_else(|| PathBuf::from("ffprobe"))
-}
+use crate::frame::Rational;
 
 /// A local file or a URL as ffmpeg is to be given it: files with their protocol, so that neither a
 /// leading dash nor a colon in a name means anything.
@@ -56,6 +39,12 @@ pub(crate) fn arguments<const N: usize>(parts: [&dyn AsRef<OsStr>; N]) -> Vec<Os
     parts.iter().map(|part| OsStr::to_os_string((*part).as_ref())).collect()
 }
 
+/// ffmpeg's own way to write a time: whole microseconds.
+pub(crate) fn seconds(time: Rational) -> String {
+    let (num, den) = (i128::from(time.num), i128::from(time.den));
+    format!("{}us", (2_000_000 * num + den).div_euclid(2 * den))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,5 +54,13 @@ mod tests {
         assert_eq!(address(Path::new("-a:b.mp4")), "file:-a:b.mp4");
         assert_eq!(address(Path::new("rtsp://host/x")), "rtsp://host/x");
         assert!(!is_url(Path::new("a/b://c")) && !is_url(Path::new("C:\\x")));
+    }
+
+    #[test]
+    fn seconds_are_whole_microseconds() {
+        assert_eq!(seconds(Rational::new(1001, 30000)), "33367us");
+        assert_eq!(seconds(Rational::ZERO), "0us");
+        assert_eq!(seconds(Rational::new(1, 3)), "333333us");
+        assert_eq!(seconds(Rational::new(-7, 1000)), "-7000us");
     }
 }

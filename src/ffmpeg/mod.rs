@@ -1,13 +1,24 @@
 //! The ffmpeg and ffprobe of the machine: how they are found, asked, started, watched and ended, and the
 //! streams that go to them and come from them.
 
+#[cfg(feature = "ffmpeg")]
 pub(crate) mod child;
+#[cfg(feature = "ffmpeg")]
 pub(crate) mod command;
+#[cfg(feature = "ffmpeg")]
 mod fields;
+#[cfg(feature = "ffmpeg")]
 pub mod nut;
+#[cfg(feature = "ffmpeg")]
 mod pipe;
+#[cfg(feature = "ffmpeg")]
 pub(crate) mod probe;
-pub(crate) mod watch;
+mod processes;
+mod programs;
+#[cfg(feature = "ffmpeg")]
+mod watch;
 
+#[cfg(feature = "ffmpeg")]
 pub(crate) use pipe::Pipe;
-pub use watch::hang_up;
+pub use processes::Processes;
+pub use programs::Ffmpeg;

@@ -4,7 +4,7 @@ use std::io::{self, Read, Write};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use crate::ffmpeg::watch::Watch;
+use super::watch::Watch;
 
 /// A pipe to or from a child, watched.
 pub(crate) struct Pipe<P> {

@@ -8,10 +8,9 @@ use serde_json::Value;
 
 use crate::colour::{Coding, Layout, Sampling, Siting};
 use crate::error::{Error, Result};
+use crate::ffmpeg::Ffmpeg;
 use crate::ffmpeg::child::Child;
-use crate::ffmpeg::command::{
-    address, arguments, ffprobe_program, input_format, is_camera, is_url,
-};
+use crate::ffmpeg::command::{address, arguments, input_format, is_camera, is_url};
 use crate::ffmpeg::fields::{clock, decimal, fraction, text};
 use crate::frame::{Colorimetry, Rational, check_size};
 use crate::geom::Size;
@@ -53,9 +52,6 @@ pub(crate) struct Track {
     pub(crate) zero: Option<Rational>,
     /// The end that the container promises, in seconds.
     pub(crate) end: Option<Rational>,
-    /// Whether its frames come through the pipe as they are in the file, and there is no other track of
-    /// pictures.
-    pub(crate) as_it_is: bool,
     /// Whether the container tells where its frames lie, so that one need not begin at the first.
     pub(crate) has_index: bool,
 }
@@ -90,13 +86,13 @@ pub(crate) struct Probed {
 }
 
 /// Asks ffprobe about `path`.
-fn ask(path: &Path, ffmpeg: Option<&Path>) -> Result<Value> {
+fn ask(path: &Path, ffmpeg: &Ffmpeg) -> Result<Value> {
     let fail = |what: String| Error::input(path, what);
     let mut args = arguments([&"-v", &"level+error", &"-of", &"json"]);
     args.extend(arguments([&"-show_entries", &ENTRIES]));
     args.extend(input_format(path));
     args.extend([OsString::from("-i"), address(path)]);
-    let mut probe = Child::spawn(&ffprobe_program(ffmpeg), &args).map_err(fail)?;
+    let mut probe = Child::ffprobe(ffmpeg, &args).map_err(fail)?;
     if is_url(path) || is_camera(path) {
         probe.be_patient();
     }
@@ -118,7 +114,7 @@ fn ask(path: &Path, ffmpeg: Option<&Path>) -> Result<Value> {
 ///
 /// # Errors
 /// When ffprobe is missing, cannot read the file, or there is no video that we can work on.
-pub(crate) fn probe(path: &Path, ffmpeg: Option<&Path>) -> Result<Probed> {
+pub(crate) fn probe(path: &Path, ffmpeg: &Ffmpeg) -> Result<Probed> {
     let answer = ask(path, ffmpeg)?;
     let stream = picture(&answer).ok_or_else(|| Error::input(path, "there is no video in it"))?;
     if text(&answer["format"], "format_name") == Some("tty") {
@@ -163,15 +159,10 @@ pub(crate) fn probe(path: &Path, ffmpeg: Option<&Path>) -> Result<Probed> {
     };
     let index = stream["index"].as_u64().unwrap_or(0);
     let zero = (!info.live).then(|| zero(&answer));
-    let as_it_is = pix_fmt == format
-        && decoder.is_none()
-        && rotation(stream) == 0.0
-        && text(stream, "sample_aspect_ratio").is_none_or(|aspect| matches!(aspect, "1:1" | "0:1"))
-        && streams(&answer, "video").count() == 1;
     // As ffmpeg names them, with their kin: mov,mp4,m4a,3gp,3g2,mj2 and matroska,webm.
     let has_index =
         !info.live && container.split(',').any(|name| matches!(name, "mp4" | "matroska"));
-    let track = Track { index, time_base, format, pixels, decoder, zero, end, as_it_is, has_index };
+    let track = Track { index, time_base, format, pixels, decoder, zero, end, has_index };
     Ok(Probed { info, track, sound: sound_tracks(&answer) })
 }
 
@@ -179,7 +170,7 @@ pub(crate) fn probe(path: &Path, ffmpeg: Option<&Path>) -> Result<Probed> {
 ///
 /// # Errors
 /// When ffprobe is missing or cannot read the file.
-pub(crate) fn probe_sound(path: &Path, ffmpeg: Option<&Path>) -> Result<SoundTracks> {
+pub(crate) fn probe_sound(path: &Path, ffmpeg: &Ffmpeg) -> Result<SoundTracks> {
     Ok(sound_tracks(&ask(path, ffmpeg)?))
 }
 
@@ -198,7 +189,7 @@ fn sound_tracks(answer: &Value) -> SoundTracks {
 ///
 /// # Errors
 /// When ffprobe is missing or cannot read the file.
-pub(crate) fn probe_lead(path: &Path, ffmpeg: Option<&Path>) -> Result<Rational> {
+pub(crate) fn probe_lead(path: &Path, ffmpeg: &Ffmpeg) -> Result<Rational> {
     let answer = ask(path, ffmpeg)?;
     let begin = picture(&answer).and_then(begin).unwrap_or_else(|| origin(&answer));
     Ok(begin - origin(&answer))

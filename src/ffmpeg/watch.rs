@@ -1,43 +1,27 @@
 //! Watches a child process while somebody waits for it, and ends it if it hangs.
 //!
-//! A child that moves no bytes and spends no processor time for [`PATIENCE`] is hung and is killed,
-//! which wakes whoever waits. A slow encoder spends time and is left in peace.
+//! A child that moves no bytes and uses no processor time for [`PATIENCE`] is hung. So is one that moves no
+//! bytes but keeps writing messages, and, after a much longer time, one that only uses the processor: an
+//! encoder may think for minutes, but not for ever. It is killed, which wakes whoever waits.
 
-use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
+
+use super::processes::{Processes, kill};
 
 /// How often a child is looked at.
 pub(crate) const TICK: Duration = Duration::from_millis(250);
 /// Ticks without any sign of life before a child counts as hung: 4 s. Ticks, not a clock: while we
 /// are suspended ourselves nothing is counted.
-pub(crate) const PATIENCE: u32 = 16;
+const PATIENCE: u32 = 16;
 /// The same where processor times cannot be read, and for those who wait for somebody else, a network
-/// or a camera: a minute.
+/// or a camera: a minute. Also the ticks with messages and without a byte: nobody has that much to say.
 pub(crate) const LONG_PATIENCE: u32 = 240;
-
-/// Running children by their process groups, and whether each reads what may never end.
-static RUNNING: Mutex<BTreeMap<u32, bool>> = Mutex::new(BTreeMap::new());
-
-/// The running children. While this is held none is begun and none is reaped, so that all numbers in
-/// it are theirs.
-pub(crate) fn running() -> MutexGuard<'static, BTreeMap<u32, bool>> {
-    lock(&RUNNING)
-}
-
-/// Ends all children. Only for a process that ends right after: no child can be begun any more.
-pub(crate) fn end_all() {
-    let running = running();
-    running.keys().for_each(|&group| kill(group));
-    std::mem::forget(running);
-}
-
-/// Ends the programs that read cameras and addresses, which may never deliver another frame. For after
-/// a stop has been asked for, when nobody wants one.
-pub fn hang_up() {
-    running().iter().filter(|(_, endless)| **endless).for_each(|(&group, _)| kill(group));
-}
+/// Ticks without a byte, whatever the processor time, from a child that we read from: 2 minutes.
+pub(crate) const READER_LIMIT: u32 = 480;
+/// The same from a child that we write to, which may have many frames in its look-ahead: 30 minutes.
+const WRITER_LIMIT: u32 = 7200;
 
 /// What the watching thread shares with those who wait.
 pub(crate) struct Watch {
@@ -46,12 +30,18 @@ pub(crate) struct Watch {
     pub(crate) waiting: AtomicBool,
     /// Bytes that went through its pipes.
     pub(crate) moved: AtomicU64,
-    pub(crate) hung: AtomicBool,
+    /// Bytes of its messages.
+    pub(crate) said: AtomicU64,
+    /// For how many seconds it had done nothing when it was ended as hung; 0 if it was not.
+    pub(crate) hung: AtomicU32,
     /// Ticks of patience.
     pub(crate) patience: AtomicU32,
+    /// Ticks without a byte that it may take, whatever its processor time.
+    pub(crate) limit: AtomicU32,
     /// Whether the child has been reaped: its number may then belong to another.
     pub(crate) reaped: Mutex<bool>,
     pub(crate) ended: Condvar,
+    processes: Processes,
 }
 
 /// Locks `mutex`; what a panicking thread has left behind is still sound here.
@@ -59,23 +49,45 @@ pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Ticks in a row without signs of life.
+#[derive(Default)]
+struct Idle {
+    /// Without a byte, a message or processor time.
+    all: u32,
+    /// Without a byte, but with messages.
+    noisy: u32,
+    /// Without a byte.
+    silent: u32,
+}
+
+/// What a child has done so far.
+#[derive(Clone, Copy, Default, PartialEq)]
+struct Seen {
+    moved: u64,
+    said: u64,
+    activity: Option<Activity>,
+}
+
 impl Watch {
     /// The watch over the child `pid`.
-    pub(crate) fn over(pid: u32) -> Self {
+    pub(crate) fn over(pid: u32, processes: Processes) -> Self {
         Self {
             pid,
             waiting: AtomicBool::new(false),
             moved: AtomicU64::new(0),
-            hung: AtomicBool::new(false),
+            said: AtomicU64::new(0),
+            hung: AtomicU32::new(0),
             patience: AtomicU32::new(PATIENCE),
+            limit: AtomicU32::new(WRITER_LIMIT),
             reaped: Mutex::new(false),
             ended: Condvar::new(),
+            processes,
         }
     }
 
     /// Looks at the child every [`TICK`] until it is reaped.
     pub(crate) fn run(&self) {
-        let (mut idle, mut before) = (0, (0, None));
+        let (mut idle, mut before) = (Idle::default(), Seen::default());
         let mut reaped = lock(&self.reaped);
         while !*reaped {
             reaped = match self.ended.wait_timeout(reaped, TICK) {
@@ -86,59 +98,119 @@ impl Watch {
                 return;
             }
             if !self.waiting.load(Ordering::Relaxed) {
-                idle = 0;
+                idle = Idle::default();
                 continue;
             }
-            let now = (self.moved.load(Ordering::Relaxed), activity(self.pid));
-            idle = if now == before { idle + 1 } else { 0 };
+            let now = self.look();
+            idle.count(&before, &now);
             before = now;
-            let patience = self.patience.load(Ordering::Relaxed);
-            let patience = if now.1.is_some() { patience } else { LONG_PATIENCE };
-            if idle >= patience {
-                self.hung.store(true, Ordering::Relaxed);
+            if let Some(ticks) = self.hung(&idle, now.activity.is_some()) {
+                self.hung.store((TICK * ticks).as_secs().max(1) as u32, Ordering::Relaxed);
                 kill(self.pid);
-                idle = 0;
+                idle = Idle::default();
             }
         }
     }
-}
 
-/// Processor time that the process group `group` has used, in the system's units, and whether one
-/// of them waits for a disk (which is no hang; then the value never repeats). `None` where the
-/// system does not tell.
-fn activity(group: u32) -> Option<u64> {
-    static NEVER: AtomicU64 = AtomicU64::new(1 << 63);
-    let mut used = None;
-    for entry in std::fs::read_dir("/proc").ok()?.flatten() {
-        if !entry.file_name().as_encoded_bytes().iter().all(u8::is_ascii_digit) {
-            continue;
+    fn look(&self) -> Seen {
+        Seen {
+            moved: self.moved.load(Ordering::Relaxed),
+            said: self.said.load(Ordering::Relaxed),
+            activity: activity(self.pid),
         }
-        let Ok(stat) = std::fs::read_to_string(entry.path().join("stat")) else { continue };
-        // Fields of proc(5) after the name, which may hold anything: state, parent, group, ...,
-        // user and system time.
-        let fields: Vec<&str> =
-            stat.rsplit_once(')').map_or("", |(_, rest)| rest).split_whitespace().collect();
-        let field = |i: usize| fields.get(i).and_then(|text| text.parse::<u64>().ok());
-        if field(2) != Some(u64::from(group)) {
-            continue;
-        }
-        if fields.first() == Some(&"D") {
-            return Some(NEVER.fetch_add(1, Ordering::Relaxed));
-        }
-        used = Some(used.unwrap_or(0) + field(11).unwrap_or(0) + field(12).unwrap_or(0));
     }
-    used
-}
 
-/// Ends the process group `group`, which must not have been reaped.
-#[cfg(unix)]
-pub(crate) fn kill(group: u32) {
-    use rustix::process::{Pid, Signal, kill_process_group};
-    if let Some(pid) = i32::try_from(group).ok().and_then(Pid::from_raw) {
-        // It may have ended by itself.
-        let _ = kill_process_group(pid, Signal::KILL);
+    /// For how many ticks it has hung, if it hangs.
+    fn hung(&self, idle: &Idle, activity_known: bool) -> Option<u32> {
+        let patience = self.patience.load(Ordering::Relaxed);
+        let patience = if activity_known { patience } else { LONG_PATIENCE };
+        // After a stop nobody waits for a child that only talks.
+        let noisy = if self.processes.is_stopping() { PATIENCE } else { LONG_PATIENCE };
+        let limit = self.limit.load(Ordering::Relaxed);
+        [(idle.all, patience), (idle.noisy, noisy), (idle.silent, limit)]
+            .into_iter()
+            .find_map(|(ticks, most)| (ticks >= most).then_some(ticks))
     }
 }
 
-#[cfg(not(unix))]
-pub(crate) fn kill(_group: u32) {}
+impl Idle {
+    fn count(&mut self, before: &Seen, now: &Seen) {
+        if now.moved != before.moved {
+            *self = Self::default();
+            return;
+        }
+        self.silent += 1;
+        self.noisy += u32::from(now.said != before.said);
+        let busy = now.activity == Some(Activity::Disk) || now != before;
+        self.all = if busy { 0 } else { self.all + 1 };
+    }
+}
+
+/// What the system tells of a process and its children.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Activity {
+    /// Processor time used, in the system's units.
+    Used(u64),
+    /// One of them waits for a disk, which is no hang.
+    Disk,
+}
+
+/// What the process `pid` and those that it started do. `None` where the system does not tell.
+fn activity(pid: u32) -> Option<Activity> {
+    let process = std::path::Path::new("/proc").join(pid.to_string());
+    let stat = std::fs::read_to_string(process.join("stat")).ok()?;
+    // Fields of proc(5) after the name, which may hold anything: state first, times of the process and of its
+    // reaped children from the twelfth on.
+    let mut fields = stat.rsplit_once(')')?.1.split_whitespace();
+    if fields.next() == Some("D") {
+        return Some(Activity::Disk);
+    }
+    let mut used: u64 = fields.skip(10).take(4).filter_map(|text| text.parse::<u64>().ok()).sum();
+    for task in std::fs::read_dir(process.join("task")).ok()?.flatten() {
+        // Not there in a kernel without CONFIG_PROC_CHILDREN: then nothing is known.
+        let children = std::fs::read_to_string(task.path().join("children")).ok()?;
+        for child in children.split_whitespace().filter_map(|pid| pid.parse().ok()) {
+            match activity(child) {
+                Some(Activity::Used(more)) => used += more,
+                Some(Activity::Disk) => return Some(Activity::Disk),
+                // It has ended this moment.
+                None => {}
+            }
+        }
+    }
+    Some(Activity::Used(used))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen(moved: u64, said: u64, used: u64) -> Seen {
+        Seen { moved, said, activity: Some(Activity::Used(used)) }
+    }
+
+    #[test]
+    fn messages_and_processor_time_are_no_progress_for_ever() {
+        let watch = Watch::over(0, Processes::default());
+        watch.limit.store(READER_LIMIT, Ordering::Relaxed);
+        let ticks = |step: fn(u64) -> Seen| {
+            let mut idle = Idle::default();
+            (1..).find(|&i| {
+                idle.count(&step(i - 1), &step(i));
+                watch.hung(&idle, true).is_some()
+            })
+        };
+        assert_eq!(ticks(|_| seen(0, 0, 0)), Some(u64::from(PATIENCE)));
+        assert_eq!(ticks(|i| seen(0, i, i)), Some(u64::from(LONG_PATIENCE)));
+        assert_eq!(ticks(|i| seen(0, 0, i)), Some(u64::from(READER_LIMIT)));
+        watch.processes.end_readers();
+        assert_eq!(ticks(|i| seen(0, i, i)), Some(u64::from(PATIENCE)));
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn the_time_of_children_counts() {
+        assert!(matches!(activity(std::process::id()), Some(_)));
+        assert_eq!(activity(u32::MAX), None);
+    }
+}

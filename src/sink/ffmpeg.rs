@@ -5,19 +5,19 @@
 
 use std::ffi::OsString;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ChildStdin;
 
 use crate::colour::{Coding, Form, Layout};
 use crate::error::{Error, Result};
-use crate::ffmpeg::Pipe;
 use crate::ffmpeg::child::Child;
 use crate::ffmpeg::command::{self, arguments};
 use crate::ffmpeg::nut::NutWriter;
 use crate::ffmpeg::probe::probe_lead;
+use crate::ffmpeg::{Ffmpeg, Pipe};
 use crate::frame::{Buffers, Colorimetry, Rational, Rgba, check_size};
 use crate::geom::Size;
-use crate::sink::codec::{Container, Encoder};
+use crate::sink::codec::Encoder;
 use crate::sink::place::Place;
 use crate::sink::planes::fill_planes;
 use crate::sink::remux::{Beside, Finished, Last, bare, placing, remux};
@@ -25,12 +25,13 @@ use crate::sink::sound::{self, Streams};
 use crate::sink::tags::{tag_arguments, tags};
 use crate::sink::{Needs, Origin, Picture, Sink, SinkOptions};
 
+pub use crate::sink::codec::Container;
 pub use crate::sink::spec::{VideoOptions, VideoSpec};
 
 /// A video file being written.
 pub struct VideoSink {
     container: Container,
-    ffmpeg: Option<PathBuf>,
+    ffmpeg: Ffmpeg,
     background: Rgba,
     spec: VideoSpec,
     form: Form,
@@ -100,7 +101,7 @@ impl VideoSink {
             Some(limit) => coarse_time_base(spec.rate, limit),
             None => time_base(spec.rate),
         };
-        let ffmpeg = options.ffmpeg.as_deref();
+        let ffmpeg = &options.ffmpeg;
         let streams = match spec.sound.as_ref().filter(|_| options.audio) {
             Some(sound) => Streams::of(sound, ffmpeg)?,
             None => None,
@@ -124,7 +125,7 @@ impl VideoSink {
         args.extend(placing(container, time_base, streams.is_none() || along));
         args.push(command::address(place.path()));
         let fail = |what: String| Error::output(path, what);
-        let mut child = Child::spawn(&command::ffmpeg_program(ffmpeg), &args).map_err(fail)?;
+        let mut child = Child::ffmpeg(ffmpeg, &args).map_err(fail)?;
         if options.gives_way {
             // When the stages before it have to wait for their turn it runs dry, and then a core has
             // nothing to do.
@@ -211,7 +212,7 @@ impl VideoSink {
             let what = format!("the file could not be completed: {words}");
             Error::output(self.place.named(), what)
         };
-        let ffmpeg = self.ffmpeg.as_deref();
+        let ffmpeg = &self.ffmpeg;
         let completed = self.place.another()?;
         let mut picture = Finished {
             path: self.place.path(),
@@ -307,7 +308,7 @@ fn reading(tags: &Colorimetry) -> Vec<OsString> {
 fn leaving(time_base: Rational) -> Vec<OsString> {
     let units = format!("{}:{}", time_base.num, time_base.den);
     let mut args = arguments([&"-map", &"0:v:0", &"-pix_fmt", &"yuv420p"]);
-    args.extend(arguments([&"-vsync", &"passthrough", &"-enc_time_base:v", &units]));
+    args.extend(arguments([&"-fps_mode", &"passthrough", &"-enc_time_base:v", &units]));
     args
 }
 

@@ -1,18 +1,26 @@
 //! Where frames go. One format a file; unfinished outputs never stand under their final name.
 
+#[cfg(feature = "ffmpeg")]
 pub mod codec;
 mod facets;
+#[cfg(feature = "ffmpeg")]
+pub mod ffmpeg;
+#[cfg(not(feature = "ffmpeg"))]
+#[path = "no_ffmpeg.rs"]
 pub mod ffmpeg;
 mod gif;
 mod null;
 mod palette;
 pub mod place;
 mod planes;
-pub(crate) mod remux;
-pub mod sound;
+#[cfg(feature = "ffmpeg")]
+mod remux;
+#[cfg(feature = "ffmpeg")]
+mod sound;
 mod spec;
 mod still;
 mod svg;
+#[cfg(feature = "ffmpeg")]
 mod tags;
 mod unfinished;
 pub mod y4m;
@@ -31,10 +39,9 @@ use crate::pattern::Pattern;
 use crate::stream::{Loops, Span, StreamInfo};
 use crate::svg::Seams;
 
-use codec::Container;
-use ffmpeg::{VideoOptions, VideoSink, VideoSpec};
+pub use crate::source::Sound;
+use ffmpeg::{Container, VideoOptions, VideoSink, VideoSpec};
 use place::Series;
-use sound::Sound;
 use still::Format;
 
 /// A finished frame on its way to a sink.

@@ -8,8 +8,9 @@
 use std::ffi::OsString;
 use std::path::Path;
 
+use crate::ffmpeg::Ffmpeg;
 use crate::ffmpeg::child::Child;
-use crate::ffmpeg::command::{self, arguments};
+use crate::ffmpeg::command::{self, arguments, seconds};
 use crate::frame::Rational;
 use crate::sink::codec::Container;
 use crate::sink::sound::Streams;
@@ -57,7 +58,7 @@ pub(crate) fn remux(
     picture: &Finished<'_>,
     sound: Option<&Beside<'_>>,
     to: &Path,
-    ffmpeg: Option<&Path>,
+    ffmpeg: &Ffmpeg,
 ) -> Result<(), String> {
     let container = picture.container;
     let mut args = arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning", &"-y"]);
@@ -78,7 +79,7 @@ pub(crate) fn remux(
     args.extend(bare(container));
     args.extend(placing(container, picture.time_base, true));
     args.push(command::address(to));
-    let mut ffmpeg = Child::spawn(&command::ffmpeg_program(ffmpeg), &args)?;
+    let mut ffmpeg = Child::ffmpeg(ffmpeg, &args)?;
     if sound.is_some_and(|sound| command::is_url(&sound.streams.source().path)) {
         ffmpeg.be_patient();
     }
@@ -130,23 +131,4 @@ pub(crate) fn placing(container: Container, time_base: Rational, last: bool) -> 
     }
     args.extend(arguments([&"-f", &container.muxer()]));
     args
-}
-
-/// ffmpeg's own way to write a time: whole microseconds.
-pub(crate) fn seconds(time: Rational) -> String {
-    let (num, den) = (i128::from(time.num), i128::from(time.den));
-    format!("{}us", (2_000_000 * num + den).div_euclid(2 * den))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn seconds_are_whole_microseconds() {
-        assert_eq!(seconds(Rational::new(1001, 30000)), "33367us");
-        assert_eq!(seconds(Rational::ZERO), "0us");
-        assert_eq!(seconds(Rational::new(1, 3)), "333333us");
-        assert_eq!(seconds(Rational::new(-7, 1000)), "-7000us");
-    }
 }

@@ -1,16 +1,15 @@
 //! The sound that goes beside a picture: where it comes from, and the words for it.
 
 use std::ffi::{OsStr, OsString};
-use std::path::Path;
 
 use crate::error::Result;
-use crate::ffmpeg::command::{address, arguments, is_url};
+use crate::ffmpeg::Ffmpeg;
+use crate::ffmpeg::command::{address, arguments, is_url, seconds};
 use crate::ffmpeg::probe::{SoundTracks, probe_sound};
 use crate::frame::Rational;
 use crate::sink::codec::Container;
-use crate::sink::remux::seconds;
 
-pub use crate::source::Sound;
+use crate::source::Sound;
 
 /// The sound streams that are to be put in.
 pub(crate) struct Streams {
@@ -23,7 +22,7 @@ impl Streams {
     ///
     /// # Errors
     /// When it cannot be read.
-    pub(crate) fn of(source: &Sound, ffmpeg: Option<&Path>) -> Result<Option<Self>> {
+    pub(crate) fn of(source: &Sound, ffmpeg: &Ffmpeg) -> Result<Option<Self>> {
         let tracks = match &source.tracks {
             Some(tracks) => tracks.clone(),
             None => probe_sound(&source.path, ffmpeg)?,

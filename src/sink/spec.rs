@@ -1,10 +1,9 @@
 //! What is to be encoded into a video, and how.
 
-use std::path::PathBuf;
-
+use crate::ffmpeg::Ffmpeg;
 use crate::frame::{Colorimetry, Rational};
 use crate::geom::Size;
-use crate::sink::sound::Sound;
+use crate::source::Sound;
 use crate::stream::StreamInfo;
 
 /// How to encode.
@@ -23,8 +22,8 @@ pub struct VideoOptions {
     pub audio: bool,
     /// Further options of ffmpeg, in front of the output file. Default none.
     pub ffmpeg_args: Vec<String>,
-    /// The program to use as ffmpeg. Default `None`: the one on the search path.
-    pub ffmpeg: Option<PathBuf>,
+    /// The ffmpeg to use. Default: the one on the search path.
+    pub ffmpeg: Ffmpeg,
     /// Whether the encoder runs at a lower priority than we do, by 10 as with `nice`: right where the
     /// stages before it take longer than it does, as with refinement. Elsewhere it would only lose to
     /// other programs. Default false.
@@ -39,7 +38,7 @@ impl Default for VideoOptions {
             encoder_preset: None,
             audio: true,
             ffmpeg_args: Vec::new(),
-            ffmpeg: None,
+            ffmpeg: Ffmpeg::default(),
             gives_way: false,
         }
     }

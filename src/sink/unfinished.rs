@@ -6,8 +6,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use crate::ffmpeg::watch;
-
 /// What is unfinished, and how it is removed. A folder sorts before what it holds.
 static BEGUN: Mutex<BTreeMap<PathBuf, Kind>> = Mutex::new(BTreeMap::new());
 
@@ -52,10 +50,9 @@ impl Drop for Unfinished {
     }
 }
 
-/// Removes all unfinished outputs of this process, and ends the programs that read or write for it. Only for a process that ends right after: whatever
-/// is still being written fails, and no output can be begun any more.
+/// Removes all unfinished outputs of this process. Only for a process that ends right after, and has ended the
+/// programs that write for it ([`Processes::end_all`](crate::ffmpeg::Processes::end_all)): no output can be begun any more.
 pub fn remove_unfinished() {
-    watch::end_all();
     let begun = begun();
     for (path, kind) in begun.iter().rev() {
         for _ in 0..ATTEMPTS {

@@ -29,14 +29,6 @@ pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track, seconds: i64)
     decode(path, seconds, track.decoder, &format!("0:{}", track.index), shape, &units)
 }
 
-/// The first video track of `path` as it is, of which nothing is known yet. Frames of another size than
-/// the first are scaled to it.
-pub(crate) fn first_track(path: &Path) -> Vec<OsString> {
-    let shape = command::arguments([&"-sws_flags", &SCALING, &"-sws_dither", &"none"]);
-    // -1: the track's own units, whatever they are.
-    decode(path, 0, None, "0:V:0", shape, "-1")
-}
-
 /// The track that ffmpeg calls `map`, from so many `seconds` on, its frames brought into `shape`, their times in
 /// `units`.
 fn decode(
@@ -62,7 +54,7 @@ fn decode(
     args.extend(command::arguments([&"-map", &map, &"-an", &"-sn", &"-dn"]));
     args.extend(shape);
     // Times as they are, in the container's own units.
-    args.extend(command::arguments([&"-vsync", &"passthrough", &"-enc_time_base", &units]));
+    args.extend(command::arguments([&"-fps_mode", &"passthrough", &"-enc_time_base", &units]));
     args.extend(command::arguments([&"-c:v", &"rawvideo", &"-f", &"nut", &"pipe:1"]));
     args
 }

@@ -12,20 +12,25 @@ use std::sync::Arc;
 
 use crate::colour::{Form, Planes, to_rgba};
 use crate::error::{Error, Result};
-use crate::ffmpeg::Pipe;
 use crate::ffmpeg::child::Child;
-use crate::ffmpeg::command;
+use crate::ffmpeg::command::{is_camera, is_url};
 use crate::ffmpeg::nut::NutReader;
 use crate::ffmpeg::probe::{Pixels, Probed, probe};
+use crate::ffmpeg::{Ffmpeg, Pipe};
 use crate::frame::{Buffers, Frame, Rational};
 use crate::source::decode;
-use crate::source::early::{BUFFER, Early, Frames};
 use crate::source::{Decoded, Input, Sound, Source, SourceOptions};
 use crate::stream::{Span, StreamInfo};
 
+/// What comes out of ffmpeg.
+type Frames = NutReader<BufReader<Pipe<ChildStdout>>>;
+
+/// Bytes that are read at once where little is wanted.
+const BUFFER: usize = 1 << 16;
+
 /// Whether `path` is for ffmpeg to open: a URL, or a camera.
 pub(crate) fn is_address(path: &Path) -> bool {
-    command::is_url(path) || command::is_camera(path)
+    is_url(path) || is_camera(path)
 }
 
 /// Opens the video `path` as [`Video::open`] does.
@@ -33,12 +38,8 @@ pub(crate) fn is_address(path: &Path) -> bool {
 /// # Errors
 /// As [`Video::open`].
 pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
-    let ffmpeg = options.ffmpeg.as_deref();
     let start = options.start.unwrap_or(Rational::ZERO);
-    let early = options.soon && place(start) == 0 && !is_address(&path);
-    let early = early.then(|| Early::start(&path, ffmpeg)).flatten();
-    let video = Video::open(&path, ffmpeg)?;
-    let mut early = early.filter(|_| video.probed.track.as_it_is);
+    let video = Video::open(&path, &options.ffmpeg)?;
     let info = video.info().clone();
     // What is live cannot be read a second time.
     let sound = (info.audio.is_some() && !info.live).then(|| Sound {
@@ -48,10 +49,7 @@ pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
         tracks: Some(video.probed.sound.clone()),
     });
     let files: Arc<[PathBuf]> = if is_address(&path) { Arc::from([]) } else { Arc::from([path]) };
-    let input = Input::new(files, info, move || {
-        let source = early.take().and_then(|early| video.take_over(early));
-        Ok(Box::new(source.map_or_else(|| video.start_before(start), Ok)?))
-    });
+    let input = Input::new(files, info, move || Ok(Box::new(video.start_before(start)?)));
     Ok(input.with_sound(sound))
 }
 
@@ -72,19 +70,19 @@ fn place(start: Rational) -> i64 {
 #[derive(Clone, Debug)]
 pub struct Video {
     path: PathBuf,
-    ffmpeg: Option<PathBuf>,
+    ffmpeg: Ffmpeg,
     probed: Probed,
 }
 
 impl Video {
     /// Looks at `path`: a file, a URL that ffmpeg reads, or a camera (`/dev/video0`). `ffmpeg` is
-    /// the program to use instead of the one on the search path.
+    /// the program to use, and the list that its processes are entered in.
     ///
     /// # Errors
     /// [`Error::Input`] when ffmpeg is missing or cannot read it, or there is no video in it.
-    pub fn open(path: &Path, ffmpeg: Option<&Path>) -> Result<Self> {
+    pub fn open(path: &Path, ffmpeg: &Ffmpeg) -> Result<Self> {
         let probed = probe(path, ffmpeg)?;
-        Ok(Self { path: path.into(), ffmpeg: ffmpeg.map(PathBuf::from), probed })
+        Ok(Self { path: path.into(), ffmpeg: ffmpeg.clone(), probed })
     }
 
     /// What is known before frames are read.
@@ -113,22 +111,14 @@ impl Video {
     /// The same, from so many `seconds` after the first stream's beginning on.
     fn start_at(&self, seconds: i64) -> Result<VideoSource, String> {
         let Probed { info, track, .. } = &self.probed;
-        let program = command::ffmpeg_program(self.ffmpeg.as_deref());
-        let mut child = Child::spawn(&program, &decode::track(&self.path, info, track, seconds))?;
+        let mut child =
+            Child::ffmpeg(&self.ffmpeg, &decode::track(&self.path, info, track, seconds))?;
         if is_address(&self.path) {
             child.be_patient();
-            child.may_hang_up();
         }
         let stdout = child.stdout().ok_or("ffmpeg came without standard output")?;
         let stdout = BufReader::with_capacity(BUFFER, stdout);
         Ok(VideoSource { stdout: Some(stdout), place: seconds, ..self.source(child) })
-    }
-
-    /// Goes on with a decoder that runs already, if that does what is wanted.
-    fn take_over(&self, early: Early) -> Option<VideoSource> {
-        let Probed { info, track, .. } = &self.probed;
-        let (child, frames) = early.frames(info.size, track.bytes(info.size), track.time_base)?;
-        Some(VideoSource { reader: Some(frames), ..self.source(child) })
     }
 
     fn source(&self, child: Child) -> VideoSource {

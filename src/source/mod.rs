@@ -2,11 +2,15 @@
 
 mod animation;
 mod apng;
+#[cfg(feature = "ffmpeg")]
 mod decode;
 pub(crate) mod detect;
-mod early;
 mod expand;
+#[cfg(feature = "ffmpeg")]
 pub mod ffmpeg;
+#[cfg(not(feature = "ffmpeg"))]
+#[path = "no_ffmpeg.rs"]
+mod ffmpeg;
 mod gif;
 mod jpeg;
 mod resize;
@@ -24,13 +28,13 @@ use std::sync::{Arc, Mutex};
 use image::ImageFormat;
 
 use crate::error::{Error, Result};
+use crate::ffmpeg::Ffmpeg;
+#[cfg(feature = "ffmpeg")]
+use crate::ffmpeg::probe::SoundTracks;
 use crate::frame::{Frame, Rational};
 use crate::memory;
 use crate::stream::{Span, StreamInfo};
 
-pub use crate::ffmpeg::hang_up;
-
-use crate::ffmpeg::probe::SoundTracks;
 use detect::Kind;
 use resize::Resize;
 use trim::{Part, Trim};
@@ -101,11 +105,8 @@ pub struct SourceOptions {
     /// Whether it is played twice, the first time as a [warm-up](Decoded::is_warmup): its beginning
     /// then goes on from its end. No effect on a still. Default: no.
     pub looped: bool,
-    /// The ffmpeg program that reads video. Default: the one that the system finds.
-    pub ffmpeg: Option<PathBuf>,
-    /// Whether frames will be asked for at once, so that a decoder may be started before the headers are
-    /// read. Default: no.
-    pub soon: bool,
+    /// The ffmpeg that reads video. Default: the one on the search path.
+    pub ffmpeg: Ffmpeg,
 }
 
 /// Where sound comes from.
@@ -119,13 +120,20 @@ pub struct Sound {
     /// picture. Else it is kept whole, unless the picture turns out shorter than expected.
     pub cut: bool,
     /// Its tracks, where they were looked at already.
+    #[cfg(feature = "ffmpeg")]
     pub(crate) tracks: Option<SoundTracks>,
 }
 
 impl Sound {
     /// The sound of `path` from the moment `start` on, see the fields.
     pub fn new(path: impl Into<PathBuf>, start: Rational, cut: bool) -> Self {
-        Self { path: path.into(), start, cut, tracks: None }
+        Self {
+            path: path.into(),
+            start,
+            cut,
+            #[cfg(feature = "ffmpeg")]
+            tracks: None,
+        }
     }
 }
 
@@ -167,6 +175,7 @@ impl Input {
     }
 
     /// The same with sound.
+    #[cfg(feature = "ffmpeg")]
     pub(crate) fn with_sound(self, sound: Option<Sound>) -> Self {
         Self { sound, ..self }
     }

@@ -83,7 +83,7 @@ fn read(path: &Path, bytes: &[u8], seed: &Seed) {
         Use::Input => {
             let options = SourceOptions {
                 // Nothing here is for ffmpeg, and nothing that looks like it may reach it.
-                ffmpeg: Some("/nonexistent/ffmpeg".into()),
+                ffmpeg: std::path::PathBuf::from("/nonexistent/ffmpeg").into(),
                 ..SourceOptions::default()
             };
             let Ok(input) = source::open(&[path], &options) else { return };

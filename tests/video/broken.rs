@@ -1,6 +1,7 @@
 //! Inputs that break off or are none.
 
 use polyreel::error::Error;
+use polyreel::ffmpeg::Ffmpeg;
 use polyreel::source::ffmpeg::Video;
 
 use crate::given::*;
@@ -30,7 +31,7 @@ fn truncated_videos_deliver_and_then_fail() {
     let clip = make(&dir, "d.mp4", base);
     let bytes = std::fs::read(&clip).expect("the clip");
     std::fs::write(&clip, &bytes[..bytes.len() / 2]).expect("shorter");
-    let error = Video::open(&clip, None).expect_err("no tables").to_string();
+    let error = Video::open(&clip, &Ffmpeg::default()).expect_err("no tables").to_string();
     assert!(error.contains("moov atom not found"), "{error}");
 }
 
@@ -59,10 +60,10 @@ fn what_is_no_video_is_refused_with_ffmpegs_words() {
     }
     let dir = folder();
     let sound = make(&dir, "sound.wav", "-f lavfi -i sine=d=0.2");
-    let said = Video::open(&sound, None).expect_err("only sound").to_string();
+    let said = Video::open(&sound, &Ffmpeg::default()).expect_err("only sound").to_string();
     assert!(said.contains("no video"), "{said}");
     let text = dir.path().join("-text.mp4");
     std::fs::write(&text, "hello").expect("a file");
-    let said = Video::open(&text, None).expect_err("text").to_string();
+    let said = Video::open(&text, &Ffmpeg::default()).expect_err("text").to_string();
     assert!(said.contains("Invalid data") || said.contains("moov"), "{said}");
 }

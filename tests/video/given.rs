@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use polyreel::error::Result;
+use polyreel::ffmpeg::Ffmpeg;
 use polyreel::frame::{Frame, Rational, Rgba};
 use polyreel::geom::Size;
+use polyreel::sink::Sound;
 use polyreel::sink::ffmpeg::{VideoOptions, VideoSink, VideoSpec};
-use polyreel::sink::sound::Sound;
 use polyreel::sink::{Picture, Sink, SinkOptions};
 use polyreel::source::ffmpeg::Video;
 use polyreel::source::{Decoded, Source};
@@ -76,7 +77,7 @@ pub(crate) fn sound(path: &Path) -> Option<(f64, f64)> {
 
 /// Everything that a source delivers, and how it ended.
 pub(crate) fn read(path: &Path) -> (Vec<Decoded>, Result<()>) {
-    let video = Video::open(path, None).expect("a video");
+    let video = Video::open(path, &Ffmpeg::default()).expect("a video");
     drain(&mut video.start().expect("ffmpeg starts"))
 }
 
@@ -93,7 +94,7 @@ pub(crate) fn drain(source: &mut dyn Source) -> (Vec<Decoded>, Result<()>) {
 
 /// Encodes `path` again as it is, at most `most` frames, with its sound.
 pub(crate) fn copy(path: &Path, to: &Path, most: usize) -> Vec<String> {
-    let video = Video::open(path, None).expect("a video");
+    let video = Video::open(path, &Ffmpeg::default()).expect("a video");
     let info = video.info();
     let mut spec = VideoSpec::of(info, info.size);
     spec.sound = Some(Sound::new(path, Rational::ZERO, false));

@@ -5,7 +5,6 @@
 #![cfg(unix)]
 
 mod broken;
-mod early;
 mod faults;
 mod given;
 mod pixels;

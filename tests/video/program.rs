@@ -100,7 +100,7 @@ fn frames_of_varying_length_keep_their_times() {
     }
     let dir = folder();
     let vfr = "-f lavfi -i testsrc2=s=64x48:r=30000/1001:d=2 \
-               -vf select='not(mod(n\\,3))+lt(n\\,9)' -vsync vfr -c:v libx264 -preset ultrafast";
+               -vf select='not(mod(n\\,3))+lt(n\\,9)' -fps_mode vfr -c:v libx264 -preset ultrafast";
     let wanted = times(&make(&dir, "in.mkv", vfr));
     for output in ["out.mp4", "out.webm"] {
         done(&dir, &format!("render in.mkv -o {output}"));

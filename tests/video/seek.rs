@@ -25,7 +25,7 @@ fn telling(dir: &TempDir) -> (PathBuf, PathBuf) {
 fn entered(clip: &Path, from: i64, (ffmpeg, asked): &(PathBuf, PathBuf)) -> Vec<Option<String>> {
     let _ = std::fs::remove_file(asked);
     let from = Rational::new(from, 1000);
-    let video = Video::open(clip, Some(ffmpeg.as_path())).expect("a video");
+    let video = Video::open(clip, &ffmpeg.clone().into()).expect("a video");
     let mut source = video.start().expect("ffmpeg starts");
     source.skip_to(from);
     let (frames, end) = drain(&mut source);
@@ -54,7 +54,7 @@ fn frames_far_in_are_those_of_the_whole() {
         ("in.mkv", String::new()),
         ("late.mkv", "-output_ts_offset 0.7".into()),
         ("late.mp4", "-output_ts_offset 0.7".into()),
-        ("uneven.mkv", "-vf select='not(mod(n\\,3))+gt(n\\,150)' -vsync vfr".into()),
+        ("uneven.mkv", "-vf select='not(mod(n\\,3))+gt(n\\,150)' -fps_mode vfr".into()),
     ] {
         let clip = make(&dir, name, &format!("{SCENE} {CODEC} {args}"));
         assert_eq!(entered(&clip, 12_340, &ffmpeg), [Some("9".into())], "{name}");
@@ -74,12 +74,8 @@ fn a_part_far_in_is_entered_at_once() {
     let (ffmpeg, asked) = telling(&dir);
     let clip = make(&dir, "in.mp4", &format!("{SCENE} {CODEC}"));
     let start = Rational::new(15, 1);
-    let options = SourceOptions {
-        start: Some(start),
-        ffmpeg: Some(ffmpeg),
-        soon: true,
-        ..SourceOptions::default()
-    };
+    let options =
+        SourceOptions { start: Some(start), ffmpeg: ffmpeg.into(), ..SourceOptions::default() };
     let input = source::open(&[clip.to_string_lossy().into_owned()], &options).expect("a video");
     let (frames, end) = drain(&mut *input.start().expect("ffmpeg starts"));
     end.expect("all is well");
@@ -95,7 +91,7 @@ fn where_no_frame_comes_before_it_begins_at_the_beginning() {
     }
     let dir = folder();
     let ffmpeg = telling(&dir);
-    let held = "-vf select='lt(t\\,2)+gt(t\\,13)' -vsync vfr";
+    let held = "-vf select='lt(t\\,2)+gt(t\\,13)' -fps_mode vfr";
     let clip = make(&dir, "held.mkv", &format!("{SCENE} {CODEC} {held}"));
     for from in [12_000, 25_000] {
         let begun = entered(&clip, from, &ffmpeg);

@@ -1,8 +1,9 @@
 //! Sound beside the picture.
 
+use polyreel::ffmpeg::Ffmpeg;
 use polyreel::frame::Rational;
+use polyreel::sink::Sound;
 use polyreel::sink::ffmpeg::{VideoSink, VideoSpec};
-use polyreel::sink::sound::Sound;
 use polyreel::sink::{Picture, Sink};
 use polyreel::source::Decoded;
 use polyreel::source::ffmpeg::Video;
@@ -63,7 +64,7 @@ fn sound_of_a_part_starts_with_it() {
     for extension in ["mp4", "mkv", "webm"] {
         let out = dir.path().join(format!("part.{extension}"));
         let (frames, _) = read(&clip);
-        let info = Video::open(&clip, None).expect("a video").info().clone();
+        let info = Video::open(&clip, &Ffmpeg::default()).expect("a video").info().clone();
         let mut spec = VideoSpec::of(&info, info.size);
         let start = Rational::new(1, 1);
         spec.sound = Some(Sound::new(&clip, start, true));

@@ -25,7 +25,7 @@ fn encoder(dir: &TempDir, ffmpeg: PathBuf, ffmpeg_args: &[&str]) -> Box<VideoSin
         sound: None,
     };
     let mut options = fast();
-    options.video.ffmpeg = Some(ffmpeg);
+    options.video.ffmpeg = ffmpeg.into();
     options.video.ffmpeg_args = ffmpeg_args.iter().map(|arg| (*arg).to_string()).collect();
     options.video.gives_way = true;
     let out = dir.path().join("out.mp4");
@@ -143,7 +143,7 @@ fn a_decoder_that_hangs_is_ended_and_one_that_fails_is_told() {
     let clip = make(&dir, "clip.mp4", "-f lavfi -i testsrc2=s=64x48:r=25:d=1 -c:v libx264");
     let run = |script: &str| {
         let ffmpeg = stand_in(&dir, script);
-        let video = Video::open(&clip, Some(&ffmpeg)).expect("probed by the real ffprobe");
+        let video = Video::open(&clip, &ffmpeg.into()).expect("probed by the real ffprobe");
         drain(&mut video.start().expect("it starts"))
     };
     let (frames, end) = run("sleep 1000; exit 0");
@@ -172,7 +172,7 @@ fn a_source_dropped_early_leaves_no_process() {
         "clip.mp4",
         "-f lavfi -i testsrc2=s=320x240:r=25:d=10 -c:v libx264 -preset ultrafast",
     );
-    let video = Video::open(&clip, Some(&ffmpeg)).expect("a video");
+    let video = Video::open(&clip, &ffmpeg.into()).expect("a video");
     let mut source = video.start().expect("it starts");
     source.next().expect("a frame").expect("a frame");
     let pid = std::fs::read_to_string(dir.path().join("pid")).expect("it has started");

@@ -21,11 +21,13 @@ fn times_are_those_of_the_container() {
         ("ntsc.mkv", format!("{lavfi}:r=24000/1001:d=1 {x264}")),
         (
             "vfr.mkv",
-            format!("{lavfi}:r=30:d=2 -vf select='not(mod(n\\,3))+lt(n\\,9)' -vsync vfr {x264}"),
+            format!("{lavfi}:r=30:d=2 -vf select='not(mod(n\\,3))+lt(n\\,9)' -fps_mode vfr {x264}"),
         ),
         (
             "vfr.mp4",
-            format!("{lavfi}:r=50:d=1 -vf select='not(mod(n\\,7))+gt(n\\,30)' -vsync vfr {x264}"),
+            format!(
+                "{lavfi}:r=50:d=1 -vf select='not(mod(n\\,7))+gt(n\\,30)' -fps_mode vfr {x264}"
+            ),
         ),
         ("late-and-mute.mkv", format!("{lavfi}:r=10:d=1 -vf setpts=PTS+0.4/TB {x264}")),
         ("late.mkv", format!("{lavfi}:r=10:d=1 -f lavfi -i sine=d=2 -vf setpts=PTS+0.4/TB {x264}")),

@@ -9,6 +9,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use polyreel::error::{Error, Result};
+use polyreel::ffmpeg::{Ffmpeg, Processes};
 use polyreel::frame::Rational;
 use polyreel::options::Colour;
 use polyreel::sink::ffmpeg::VideoOptions;
@@ -172,7 +173,7 @@ pub(crate) struct InputArgs {
 }
 
 impl InputArgs {
-    pub(crate) fn options(&self) -> SourceOptions {
+    pub(crate) fn options(&self, processes: Processes) -> SourceOptions {
         SourceOptions {
             start: self.start,
             end: self.end,
@@ -181,15 +182,18 @@ impl InputArgs {
             max_size: self.max_size,
             allow_truncated: self.allow_truncated,
             looped: false,
-            ffmpeg: self.ffmpeg.clone(),
-            soon: false,
+            ffmpeg: self.ffmpeg(processes),
         }
+    }
+
+    fn ffmpeg(&self, processes: Processes) -> Ffmpeg {
+        Ffmpeg { program: self.ffmpeg.clone(), processes }
     }
 
     /// How video is encoded where only the program to do it is given.
     #[cfg(feature = "preview")]
-    pub(crate) fn video_options(&self) -> VideoOptions {
-        VideoOptions { ffmpeg: self.ffmpeg.clone(), ..VideoOptions::default() }
+    pub(crate) fn video_options(&self, processes: Processes) -> VideoOptions {
+        VideoOptions { ffmpeg: self.ffmpeg(processes), ..VideoOptions::default() }
     }
 }
 
@@ -236,7 +240,7 @@ pub(crate) struct VideoArgs {
 }
 
 impl VideoArgs {
-    pub(crate) fn options(&self, input: &InputArgs) -> Result<VideoOptions> {
+    pub(crate) fn options(&self, input: &InputArgs, processes: Processes) -> Result<VideoOptions> {
         let ffmpeg_args = self.ffmpeg_args.as_deref().map(amount::words).transpose();
         Ok(VideoOptions {
             codec: self.codec.clone(),
@@ -244,7 +248,7 @@ impl VideoArgs {
             encoder_preset: self.encoder_preset.clone(),
             audio: !self.no_audio,
             ffmpeg_args: ffmpeg_args.map_err(Error::Usage)?.unwrap_or_default(),
-            ffmpeg: input.ffmpeg.clone(),
+            ffmpeg: input.ffmpeg(processes),
             ..VideoOptions::default()
         })
     }

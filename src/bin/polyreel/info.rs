@@ -15,8 +15,8 @@ use crate::{Outcome, print, terminal};
 /// Prints what the input's headers tell.
 pub(crate) fn info(args: &InfoArgs) -> Result<Outcome> {
     // Programs that read for us must not outlive us.
-    Interrupt::listen(&Stop::default());
-    let input = source::open(&args.input.inputs, &args.input.options())?;
+    let interrupt = Interrupt::listen(&Stop::default());
+    let input = source::open(&args.input.inputs, &args.input.options(interrupt.processes()))?;
     let info = input.info().clone();
     let text = if args.json {
         let report = InputReport::new(&args.input.inputs, info);

@@ -10,6 +10,7 @@ use polyreel::feature::mask::Mask;
 use polyreel::feature::region::{Regions, TRANSPARENT};
 use polyreel::feature::saliency::saliency;
 use polyreel::feature::{Extractor, Features};
+use polyreel::ffmpeg::Ffmpeg;
 use polyreel::frame::{Fill, Frame, Rational, Rgba};
 use polyreel::geom::{Point, Size};
 use polyreel::hex::HexGrid;
@@ -37,12 +38,12 @@ const SEED: Rgba = [210, 30, 40, 255];
 /// Writes one PNG a stage, the maps exactly, and how refinement converged.
 pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
     // Programs that read for us must not outlive us.
-    Interrupt::listen(&Stop::default());
+    let interrupt = Interrupt::listen(&Stop::default());
     let mut options = args.look.options()?;
     let wanted = SourceOptions {
         frames: Some(1),
         max_size: args.max_size,
-        ffmpeg: args.ffmpeg.clone(),
+        ffmpeg: Ffmpeg { program: args.ffmpeg.clone(), processes: interrupt.processes() },
         ..SourceOptions::default()
     };
     let input = source::open(std::slice::from_ref(&args.image), &wanted)?;

@@ -4,8 +4,9 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use polyreel::ffmpeg::Processes;
 use polyreel::pipeline::Stop;
-use polyreel::{sink, source};
+use polyreel::sink;
 
 /// Makes the system's limits errors in place of signals: a file that grows beyond `ulimit -f` can no longer be
 /// written to, and without memory (`ulimit -v`) the exit code is 1. Programs that this one starts are not
@@ -32,6 +33,7 @@ pub(crate) struct Interrupt(Arc<State>);
 struct State {
     pressed: AtomicBool,
     begun: AtomicBool,
+    processes: Processes,
 }
 
 impl Interrupt {
@@ -44,13 +46,19 @@ impl Interrupt {
         let _ = ctrlc::set_handler(move || {
             let again = state.pressed.swap(true, Ordering::SeqCst);
             if again || !state.begun.load(Ordering::SeqCst) {
+                state.processes.end_all();
                 sink::remove_unfinished();
                 std::process::exit(130);
             }
             stop.request();
-            source::hang_up();
+            state.processes.end_readers();
         });
         interrupt
+    }
+
+    /// The list that all processes must be entered in, so that none outlives the program.
+    pub(crate) fn processes(&self) -> Processes {
+        self.0.processes.clone()
     }
 
     /// From here on there is an output that can be finished early.

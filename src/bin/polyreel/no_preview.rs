@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 
 use polyreel::error::{Error, Result};
+use polyreel::ffmpeg::Processes;
 use polyreel::pipeline::{Controls, Observer, Stop, Summary};
 use polyreel::sink::Sink;
 use polyreel::stream::StreamInfo;
@@ -35,6 +36,7 @@ impl Beside {
     pub(crate) fn run(
         self,
         _: &Stop,
+        _: &Processes,
         _: &mut (dyn Observer + Send),
         _: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
     ) -> Result<Summary> {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use indicatif::HumanBytes;
 use polyreel::error::{Error, Result};
+use polyreel::ffmpeg::Processes;
 use polyreel::options::{Options, Target};
 use polyreel::pipeline::{
     self, Controls, DetailPolicy, Ending, InputReport, OutputReport, Report, Script, Settings,
@@ -33,7 +34,8 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let mut options = args.look.options()?;
     let stop = Stop::default();
     let interrupt = Interrupt::listen(&stop);
-    let wanted = SourceOptions { looped: args.run.looped, soon: true, ..args.input.options() };
+    let wanted =
+        SourceOptions { looped: args.run.looped, ..args.input.options(interrupt.processes()) };
     let input = source::open(&args.input.inputs, &wanted)?;
     let info = input.info().clone();
     if info.still {
@@ -45,7 +47,8 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let window =
         args.run.preview.then(|| Beside::open(&args.input.inputs, &info, controls.clone()));
     let window = window.transpose()?;
-    let sink = sink::create(output, &info, &sink_options(args, &options, &input)?)?;
+    let sink =
+        sink::create(output, &info, &sink_options(args, &options, &input, interrupt.processes())?)?;
     sink.needs().adapt(&mut options);
     let mut warnings = sink.warnings().to_vec();
     if !args.run.quiet {
@@ -70,7 +73,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         None => pipeline::run(start, sink, &settings, &mut progress, &stop),
         Some(window) => {
             let sink = window.watch(sink);
-            window.run(&stop, &mut progress, |observer| {
+            window.run(&stop, &interrupt.processes(), &mut progress, |observer| {
                 pipeline::run(start, sink, &settings, observer, &stop)
             })
         }
@@ -115,14 +118,19 @@ fn detail_policy(args: &RenderArgs, options: &Options, info: &StreamInfo) -> Res
     Ok(if info.still { DetailPolicy::Options } else { DetailPolicy::Budget(time) })
 }
 
-fn sink_options(args: &RenderArgs, options: &Options, input: &Input) -> Result<SinkOptions> {
+fn sink_options(
+    args: &RenderArgs,
+    options: &Options,
+    input: &Input,
+    processes: Processes,
+) -> Result<SinkOptions> {
     let defaults = SinkOptions::default();
     let gives_way = RefineOptions::next(options, input.info().size).steps > 0;
     Ok(SinkOptions {
         overwrite: args.write.overwrite,
         background: args.write.background.map_or(defaults.background, |colour| colour.0),
         inputs: input.paths().to_vec(),
-        video: VideoOptions { gives_way, ..args.video.options(&args.input)? },
+        video: VideoOptions { gives_way, ..args.video.options(&args.input, processes)? },
         sound: input.sound().cloned(),
         look: options.clone(),
         seams: args.write.svg_seams,

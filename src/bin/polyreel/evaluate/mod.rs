@@ -12,6 +12,7 @@ use crate::scores::thumbnail::thumbnail;
 use crate::scores::{Evaluation, Failure, Plan, over_white};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use polyreel::error::{Error, Result};
+use polyreel::ffmpeg::Processes;
 use polyreel::frame::Frame;
 use polyreel::options::Points;
 use polyreel::source::{self, Input};
@@ -89,7 +90,7 @@ struct Work<'a> {
 
 impl Work<'_> {
     fn one(&mut self, file: &Path) -> Result<()> {
-        let input = source::open(&[file], &self.args.input.options())?;
+        let input = source::open(&[file], &self.args.input.options(Processes::default()))?;
         let mut gallery = Gallery { name: short_name(file), pictures: Vec::new() };
         if input.info().still {
             self.still(file, input, &mut gallery)?;

@@ -12,7 +12,7 @@ use super::playback::Deck;
 
 /// Starts to read `input` for `deck`. A file is read again from its beginning when it ends; a still, and
 /// what can be read only once, is not. The thread ends when `deck` does; a camera that delivers nothing
-/// may keep it, which [`polyreel::source::hang_up`] helps.
+/// may keep it, which [`polyreel::ffmpeg::Processes::end_readers`] helps.
 ///
 /// # Errors
 /// When no thread can be started.

@@ -26,13 +26,14 @@ use std::thread;
 use std::time::Duration;
 
 use polyreel::error::Result;
+use polyreel::ffmpeg::Processes;
 use polyreel::geom::Size;
 use polyreel::options::Colour;
 use polyreel::pipeline::{
     self, Controls, DetailPolicy, FrameReport, Observer, Settings, Stop, Summary,
 };
 use polyreel::sink::{Sink, SinkOptions};
-use polyreel::source::{self, SourceOptions};
+use polyreel::source;
 use polyreel::stream::StreamInfo;
 
 use crate::Outcome;
@@ -56,8 +57,8 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
     let asked = args.look.options()?;
     let stop = Stop::default();
     let interrupt = Interrupt::listen(&stop);
-    let input =
-        source::open(&args.input.inputs, &SourceOptions { soon: true, ..args.input.options() })?;
+    let processes = interrupt.processes();
+    let input = source::open(&args.input.inputs, &args.input.options(processes.clone()))?;
     let info = input.info().clone();
     let stem = name::stem(&args.input.inputs);
     let window = open(&stem, info.size, args.scale)?;
@@ -65,7 +66,7 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
     let controls = Controls::new(session::effective(&asked, info.still))?;
     let recording = SinkOptions {
         inputs: input.paths().to_vec(),
-        video: args.input.video_options(),
+        video: args.input.video_options(processes.clone()),
         ..SinkOptions::default()
     };
     let desk = Desk {
@@ -97,7 +98,10 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
     let ended = beside(
         session,
         &stop,
-        || deck.end(),
+        || {
+            deck.end();
+            processes.end_readers();
+        },
         |stop, observer| {
             pipeline::run(move || Ok(Box::new(playback)), screen, &settings, observer, stop)
         },
@@ -148,10 +152,16 @@ impl Beside {
     pub(crate) fn run(
         self,
         stop: &Stop,
+        processes: &Processes,
         observer: &mut (dyn Observer + Send),
         run: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
     ) -> Result<Summary> {
-        beside(self.0, stop, || (), |_, noting| run(&mut Both(noting, observer)))
+        beside(
+            self.0,
+            stop,
+            || processes.end_readers(),
+            |_, noting| run(&mut Both(noting, observer)),
+        )
     }
 }
 
@@ -173,7 +183,6 @@ fn beside(
         let shown = session.run(stop);
         stop.request();
         end();
-        source::hang_up();
         // The window goes at once, however long the output takes.
         drop(session);
         let summary = running.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;

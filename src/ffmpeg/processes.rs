@@ -1,0 +1,128 @@
+//! The list of running child processes, kept by whoever starts them, so that they can be ended together.
+
+use std::collections::BTreeMap;
+#[cfg(feature = "ffmpeg")]
+use std::io;
+#[cfg(any(feature = "ffmpeg", windows))]
+use std::process::Command;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// The child processes that were started with this list or a clone of it. A program keeps one for its
+/// Ctrl-C handler; a library user who never ends a run from outside need not care.
+#[derive(Clone, Debug, Default)]
+pub struct Processes(Arc<Mutex<List>>);
+
+#[derive(Debug, Default)]
+struct List {
+    /// Process groups, and whether each is one that we read from.
+    running: BTreeMap<u32, bool>,
+    /// Nobody wants more frames.
+    stopping: bool,
+    /// No child may be started any more.
+    closed: bool,
+}
+
+/// Lists are equal when they are the same list.
+impl PartialEq for Processes {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl Processes {
+    /// While this is held no child is started and none is reaped, so that all numbers in the list are theirs.
+    fn list(&self) -> MutexGuard<'_, List> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Ends the processes that frames are read from. For after a stop was requested, when nobody wants
+    /// another frame: without it a camera, a network or a broken decoder could keep the run waiting.
+    pub fn end_readers(&self) {
+        let mut list = self.list();
+        list.stopping = true;
+        list.running.iter().filter(|(_, reader)| **reader).for_each(|(&group, _)| kill(group));
+    }
+
+    /// Ends all processes, and lets none be started any more.
+    pub fn end_all(&self) {
+        let mut list = self.list();
+        (list.stopping, list.closed) = (true, true);
+        list.running.keys().for_each(|&group| kill(group));
+    }
+}
+
+#[cfg(feature = "ffmpeg")]
+impl Processes {
+    /// Whether [`Processes::end_readers`] was called.
+    pub(crate) fn is_stopping(&self) -> bool {
+        self.list().stopping
+    }
+
+    /// Starts `command` and enters it in the list.
+    ///
+    /// # Errors
+    /// When it cannot be started, or none may be started any more.
+    pub(crate) fn start(&self, command: &mut Command) -> io::Result<std::process::Child> {
+        let mut list = self.list();
+        if list.closed {
+            return Err(io::Error::other("the program is being ended"));
+        }
+        let child = command.spawn()?;
+        list.running.insert(child.id(), false);
+        Ok(child)
+    }
+
+    /// Makes the child `pid` one that [`Processes::end_readers`] ends.
+    pub(crate) fn mark_reader(&self, pid: u32) {
+        self.list().running.entry(pid).and_modify(|reader| *reader = true);
+    }
+
+    /// Does `reap` while nobody can be ended; if it says that the child `pid` is gone, takes it off the list.
+    pub(crate) fn reap<T>(&self, pid: u32, reap: impl FnOnce() -> (bool, T)) -> T {
+        let mut list = self.list();
+        let (gone, value) = reap();
+        if gone {
+            list.running.remove(&pid);
+        }
+        value
+    }
+}
+
+/// Ends the process group `group`, which must not have been reaped.
+#[cfg(unix)]
+pub(crate) fn kill(group: u32) {
+    use rustix::process::{Pid, Signal, kill_process_group};
+    if let Some(pid) = i32::try_from(group).ok().and_then(Pid::from_raw) {
+        // It may have ended by itself.
+        let _ = kill_process_group(pid, Signal::KILL);
+    }
+}
+
+/// Ends the process `pid` and those that it started.
+#[cfg(windows)]
+pub(crate) fn kill(pid: u32) {
+    // Windows knows no process groups; its own tool ends the whole tree.
+    let mut command = Command::new("taskkill");
+    command.args(["/F", "/T", "/PID", &pid.to_string()]);
+    command.stdin(std::process::Stdio::null()).stdout(std::process::Stdio::null());
+    let _ = command.stderr(std::process::Stdio::null()).status();
+}
+
+#[cfg(not(any(unix, windows)))]
+pub(crate) fn kill(_pid: u32) {}
+
+#[cfg(all(test, unix, feature = "ffmpeg"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_closed_list_starts_nothing() {
+        let processes = Processes::default();
+        let mut child = processes.start(Command::new("sleep").arg("1000")).expect("coreutils");
+        child.kill().expect("it runs");
+        processes.reap(child.id(), || (child.wait().is_ok(), ()));
+        processes.end_all();
+        assert!(processes.start(&mut Command::new("true")).is_err());
+        assert!(processes.is_stopping());
+    }
+}

@@ -1,0 +1,47 @@
+//! In place of video files where polyreel is built without ffmpeg.
+
+use std::convert::Infallible;
+use std::path::Path;
+
+use super::{Origin, Picture, Sink, SinkOptions};
+use crate::error::{Error, Result};
+use crate::frame::Buffers;
+
+pub use crate::sink::spec::{VideoOptions, VideoSpec};
+
+/// A container of video, none of which can be written.
+pub(crate) struct Container;
+
+impl Container {
+    /// Whether the extension of `path` is that of a video.
+    pub(crate) fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        ["mp4", "m4v", "mov", "mkv", "webm"].contains(&extension.as_str()).then_some(Self)
+    }
+}
+
+/// A video file: there is none without ffmpeg.
+pub struct VideoSink(Infallible);
+
+impl VideoSink {
+    /// Refuses the video `path`.
+    ///
+    /// # Errors
+    /// Always.
+    pub fn create(path: &Path, _spec: VideoSpec, _with: &SinkOptions) -> Result<Self> {
+        Err(Error::output(
+            path,
+            "video is written by ffmpeg, and this polyreel was built without it: build it with --features ffmpeg",
+        ))
+    }
+}
+
+impl Sink for VideoSink {
+    fn write(&mut self, _picture: Picture, _origin: Option<Origin>) -> Result<Buffers> {
+        match self.0 {}
+    }
+
+    fn finish(self: Box<Self>) -> Result<()> {
+        match self.0 {}
+    }
+}
