@@ -4,6 +4,7 @@
 //! `cargo test --test it golden` runs one module.
 
 mod cli;
+mod dependencies;
 mod files;
 mod golden;
 mod layers;
