@@ -19,7 +19,7 @@
 //! let frame = Frame::filled(Size::new(64, 48), [90, 120, 60, 255])?;
 //! let first = renderer.render(&frame)?;
 //! let second = renderer.render(&frame)?;
-//! assert_eq!(first.painting.frame, second.painting.frame);
+//! assert_eq!(first.picture, second.picture);
 //! assert_eq!(second.life.kept, 40);
 //! # Ok(())
 //! # }

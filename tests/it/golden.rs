@@ -130,7 +130,7 @@ fn check(name: &str, options: &Options, frames: &[Frame]) {
     for frame in frames {
         let rendered = renderer.render(frame).expect("a sound frame");
         assert_eq!(rendered.mesh.check(), Ok(()));
-        last = Some(rendered.painting.frame);
+        last = Some(rendered.picture);
     }
     let source = frames.last().expect("at least one frame");
     compare(name, source, &last.expect("at least one frame").into_image());

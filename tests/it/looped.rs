@@ -94,7 +94,7 @@ fn second_round() -> Vec<Frame> {
     let mut renderer = Renderer::new(&options()).expect("sound options");
     let mut round = || {
         let frames = (0..FRAMES).map(|t| renderer.render(&frame(t)).expect("renders"));
-        frames.map(|rendered| rendered.painting.frame).collect::<Vec<_>>()
+        frames.map(|rendered| rendered.picture).collect::<Vec<_>>()
     };
     round();
     round()

@@ -111,7 +111,7 @@ fn a_change_takes_effect_at_one_frame_in_all_stages() {
     for after in changes {
         for (before, after) in [(base(), after.clone()), (after, base())] {
             let expected = serial(&before, &after);
-            let expected: Vec<_> = expected.into_iter().map(|r| r.painting.frame).collect();
+            let expected: Vec<_> = expected.into_iter().map(|r| r.picture).collect();
             assert!(piped(&before, &after) == expected, "{before:?} to {after:?}");
         }
     }

@@ -12,7 +12,7 @@ use polyreel::frame::{Buffers, Frame, Rational};
 use polyreel::geom::Size;
 use polyreel::options::{Options, Points};
 use polyreel::pipeline::{Ending, FrameReport, IN_FLIGHT, Observer, Settings, Stop, Summary, run};
-use polyreel::render::Renderer;
+use polyreel::render::{Rendered, Renderer};
 use polyreel::sink::{Origin, Picture, Sink};
 use polyreel::source::{Decoded, Source};
 use polyreel::stage::Stage;
@@ -222,8 +222,8 @@ fn oracle(options: &Options, frames: u64) -> Vec<Picture> {
     (0..frames)
         .map(|index| {
             let Decoded { frame, span, .. } = frame(index);
-            let painting = renderer.render(&frame).expect("renders").painting;
-            Picture { frame: painting.frame, fills: painting.fills, span }
+            let Rendered { picture, mesh, .. } = renderer.render(&frame).expect("renders");
+            Picture { frame: picture, fills: mesh.fills, span }
         })
         .collect()
 }

@@ -97,7 +97,7 @@ fn threads_paint_the_planes_of_the_serial_renderer() {
             assert_eq!(shown.len(), serial.len());
             for (shown, serial) in shown.iter().zip(&serial) {
                 assert!(shown.planes().is_some());
-                assert!(shown.planes() == serial.painting.frame.planes(), "planes differ");
+                assert!(shown.planes() == serial.picture.planes(), "planes differ");
             }
         }
     }
@@ -112,7 +112,7 @@ fn the_mesh_does_not_depend_on_how_pictures_are_wanted() {
             let others = render(&options, other, &film());
             for (planes, other) in as_planes.iter().zip(&others) {
                 assert!(planes.mesh == other.mesh);
-                assert!(planes.painting.fills == other.painting.fills);
+                assert!(planes.mesh.fills == other.mesh.fills);
             }
         }
     }
@@ -125,9 +125,9 @@ fn planes_are_those_of_the_pixels() {
         let as_planes = render(&options, Some(FORM), &film());
         for (planes, pixels) in as_planes.iter().zip(render(&options, None, &film())) {
             let mut wanted = Vec::new();
-            let pixels = pixels.painting.frame;
+            let pixels = pixels.picture;
             from_rgba(SIZE, pixels.pixels(), &FORM.layout, FORM.coding, &mut wanted);
-            let planes = planes.painting.frame.planes().expect("planes were wanted");
+            let planes = planes.picture.planes().expect("planes were wanted");
             // Of smooth edges chroma has no more than what it is a mean over in any case.
             let alike = if edges == Edges::Smooth { SIZE.pixels() } else { wanted.len() };
             let pairs = planes.data.iter().zip(&wanted).take(alike);
@@ -161,7 +161,7 @@ fn planes_look_like_their_pixels() {
         let rendered = render(options, None, frames);
         let pairs = rendered.iter().zip(frames);
         let errors = pairs.map(|(rendered, frame)| {
-            polyreel::metric::mse::mse(&rendered.painting.frame, frame).expect("one size")
+            polyreel::metric::mse::mse(&rendered.picture, frame).expect("one size")
         });
         errors.sum::<f64>() / f64::from(FRAMES)
     };
@@ -180,7 +180,7 @@ fn what_planes_cannot_tell_comes_as_pixels() {
         film().iter().map(|_| Frame::filled(SIZE, [9, 9, 9, 128]).expect("a frame")).collect();
     for (options, film) in [(&lined, &film()), (&options, &clear)] {
         for rendered in render(options, Some(FORM), film) {
-            assert!(rendered.painting.frame.planes().is_none());
+            assert!(rendered.picture.planes().is_none());
         }
     }
 }

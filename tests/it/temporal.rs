@@ -99,7 +99,7 @@ fn a_still_is_the_same_from_its_tenth_frame_on() {
     for (sort, frame) in sorts() {
         let seen = rendered(vec![frame; 30]);
         for (t, later) in seen.iter().enumerate().skip(10) {
-            assert!(later.painting == seen[10].painting, "{sort}, frame {t}");
+            assert!(later.picture == seen[10].picture, "{sort}, frame {t}");
             assert!(later.mesh == seen[10].mesh, "{sort}, frame {t}");
         }
     }
@@ -118,7 +118,7 @@ fn a_still_full_of_detail_is_the_same_from_its_tenth_frame_on() {
         let options = Options { points, refine, ..options() };
         let mut renderer = Renderer::new(&options).expect("sound options");
         let seen: Vec<_> = (0..24).map(|_| renderer.render(&frame).expect("renders")).collect();
-        let changes = |&t: &usize| seen[t].painting != seen[t - 1].painting;
+        let changes = |&t: &usize| seen[t].picture != seen[t - 1].picture;
         let last = (1..seen.len()).filter(changes).max();
         assert!(last < Some(10), "{refine:?}: {last:?}");
     }
@@ -130,7 +130,7 @@ fn noise_of_the_source_is_less_than_half_in_the_output() {
         let frames: Vec<Frame> = (0..20).map(|t| noisy(&clean, 2.0, t)).collect();
         let seen = rendered(frames.iter().cloned());
         let noise = change(&frames.iter().collect::<Vec<_>>());
-        let output = change(&seen.iter().map(|r| &r.painting.frame).collect::<Vec<_>>());
+        let output = change(&seen.iter().map(|r| &r.picture).collect::<Vec<_>>());
         assert!(output < 0.5 * noise, "{sort}: {output} of {noise}");
     }
 }
@@ -188,7 +188,7 @@ fn seeds_live_without_refinement_too() {
         for t in 0..40 {
             let frame = scene(3, f64::from(t) * 4.0, 1.0);
             let seen = renderer.render(&frame).expect("renders");
-            error += mse(&frame, &seen.painting.frame).expect("one size");
+            error += mse(&frame, &seen.picture).expect("one size");
             born += if t > 0 { seen.life.born } else { 0 };
             assert_eq!((seen.mesh.check(), seen.refine_steps), (Ok(()), 0));
         }

@@ -16,12 +16,12 @@
 //! options.points = Points::Count(60);
 //! let mut renderer = Renderer::new(&options)?;
 //! let rendered = renderer.render(&frame)?;
-//! assert_eq!(rendered.painting.frame.size(), size);
+//! assert_eq!(rendered.picture.size(), size);
 //! assert_eq!(rendered.mesh.seeds().len(), 60);
 //!
 //! // The mesh lives on from frame to frame: where nothing moves, all seeds stay.
 //! let again = renderer.render(&frame)?;
-//! assert_eq!(again.life.kept, 60);
+//! assert_eq!(again.mesh.ids, rendered.mesh.ids);
 //! # Ok(())
 //! # }
 //! ```

@@ -1,33 +1,47 @@
 //! A triangle mesh that covers a frame exactly, and its invariants as one function.
 
+use crate::frame::Fill;
 use crate::geom::{Point, Size, orient};
 
 /// A mesh over a frame: every point of `[0, width] x [0, height]` lies in a triangle, and interiors
 /// do not overlap.
-#[derive(Debug, PartialEq, Eq)]
+///
+/// Coordinates are in 1/256 pixel, see [`Point`].
+#[derive(Debug, Default, PartialEq, Eq)]
+#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Mesh {
     /// The frame's size in pixels.
     pub size: Size,
     /// Vertices: the frame's four [`Mesh::corners`] first, then the seeds in their own order (border
     /// points among them). No two are equal.
     pub vertices: Vec<Point>,
+    /// A number for each vertex that lasts through a stream: a vertex that lives on from one frame to the
+    /// next keeps it, wherever it moves, and one that is put in gets a number that none had before. Those of
+    /// the corners are 0 to 3.
+    pub ids: Vec<u64>,
     /// Vertex numbers of each triangle, with a positive [`orient`]; the smallest number stands first
     /// and triangles are sorted, so that equal meshes are equal values.
     pub triangles: Vec<[u32; 3]>,
+    /// The colour of each triangle where edges are hard, and its area in pixels before outlines are drawn
+    /// over it. Empty where the mesh is not painted.
+    pub fills: Vec<Fill>,
 }
 
 impl Clone for Mesh {
     fn clone(&self) -> Self {
-        let Self { size, vertices, triangles } = self;
-        Self { size: *size, vertices: vertices.clone(), triangles: triangles.clone() }
+        let mut other = Self::default();
+        other.clone_from(self);
+        other
     }
 
     /// In the memory that is there already.
     fn clone_from(&mut self, other: &Self) {
-        let Self { size, vertices, triangles } = other;
+        let Self { size, vertices, ids, triangles, fills } = other;
         self.size = *size;
         self.vertices.clone_from(vertices);
+        self.ids.clone_from(ids);
         self.triangles.clone_from(triangles);
+        self.fills.clone_from(fills);
     }
 }
 
@@ -101,6 +115,13 @@ pub enum MeshFault {
 }
 
 impl Mesh {
+    /// A mesh that is not painted, whose vertices are numbered in their order.
+    #[doc(hidden)]
+    pub fn new(size: Size, vertices: Vec<Point>, triangles: Vec<[u32; 3]>) -> Self {
+        let ids = (0..vertices.len() as u64).collect();
+        Self { size, vertices, ids, triangles, fills: Vec::new() }
+    }
+
     /// The frame's corners in the order in which they stand in [`Mesh::vertices`].
     pub const fn corners(size: Size) -> [Point; CORNERS] {
         let far = size.far();
@@ -238,7 +259,7 @@ mod tests {
         vertices.push(Point::new(512, 512));
         let mut triangles = vec![[0, 1, 4], [1, 3, 4], [3, 2, 4], [2, 0, 4]];
         Mesh::canonicalise(&mut triangles);
-        Mesh { size, vertices, triangles }
+        Mesh::new(size, vertices, triangles)
     }
 
     #[test]
@@ -250,7 +271,7 @@ mod tests {
     fn a_mesh_is_written_in_the_memory_of_another_one() {
         let size = Size::new(9, 2);
         let vertices = vec![Point::new(1, 1); 30];
-        let mut other = Mesh { size, vertices, triangles: vec![[0, 1, 2]] };
+        let mut other = Mesh::new(size, vertices, vec![[0, 1, 2]]);
         let memory = other.vertices.as_ptr();
         other.clone_from(&square());
         assert_eq!(other, square());

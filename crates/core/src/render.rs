@@ -6,16 +6,15 @@ use crate::error::Result;
 use crate::frame::Frame;
 use crate::mesh::Mesh;
 use crate::options::{Detail, Options};
-use crate::rasterise::Painting;
 use crate::sample::Life;
 
 /// A frame that went through the chain.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Rendered {
-    /// The picture and its colours.
-    pub painting: Painting,
-    /// The mesh behind it.
+    /// The low-poly picture, of the frame's size.
+    pub picture: Frame,
+    /// The mesh behind it, with its colours.
     pub mesh: Mesh,
     /// How its seeds came to be.
     pub life: Life,
@@ -40,7 +39,7 @@ pub struct Rendered {
 /// options.points = Points::Count(60);
 /// let rendered = Renderer::new(&options)?.render(&frame)?;
 /// assert_eq!(rendered.mesh.seeds().len(), 60);
-/// assert_eq!(rendered.painting.frame.size(), size);
+/// assert_eq!(rendered.picture.size(), size);
 /// # Ok(())
 /// # }
 /// ```
@@ -88,9 +87,13 @@ impl Renderer {
     #[doc(hidden)]
     pub fn render_in(&mut self, frame: &Frame, detail: &Detail) -> Result<Rendered> {
         let (features, meshed, painting) = self.0.run(frame, detail, &mut ())?;
+        let mut mesh = meshed.mesh;
+        mesh.fills = painting.fills;
+        // The outline's colour is no triangle's.
+        mesh.fills.truncate(mesh.triangles.len());
         Ok(Rendered {
-            painting,
-            mesh: meshed.mesh,
+            picture: painting.frame,
+            mesh,
             life: meshed.life,
             refine_steps: meshed.refined.steps,
             likeness: meshed.refined.likeness,

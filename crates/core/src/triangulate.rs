@@ -43,7 +43,7 @@ pub fn triangulate(size: Size, seeds: &[Point]) -> Result<Mesh> {
         .map(|face| face.vertices().map(|vertex| vertex.data().number))
         .collect();
     Mesh::canonicalise(&mut triangles);
-    Ok(Mesh { size, vertices, triangles })
+    Ok(Mesh::new(size, vertices, triangles))
 }
 
 #[cfg(test)]

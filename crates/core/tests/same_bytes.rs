@@ -49,7 +49,7 @@ fn hash(mut renderer: Renderer, frame: impl Fn(u32) -> Frame) -> u64 {
     let mut add = |byte: u8| hash = (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
     for t in 0..FRAMES {
         let rendered = renderer.render(&frame(t)).expect("a frame");
-        rendered.painting.frame.pixels().as_flattened().iter().for_each(|&byte| add(byte));
+        rendered.picture.pixels().as_flattened().iter().for_each(|&byte| add(byte));
         let triangles = rendered.mesh.triangles.as_flattened();
         triangles.iter().flat_map(|v| v.to_le_bytes()).for_each(&mut add);
     }

@@ -72,7 +72,7 @@ impl Stream {
             pixels.clear();
             pixels.extend_from_slice(input);
             let frame = Frame::new(size, pixels)?;
-            painted = self.renderer(options)?.render(&frame)?.painting.frame.into_pixels();
+            painted = self.renderer(options)?.render(&frame)?.picture.into_pixels();
             pixels = frame.into_pixels();
             self.remember(time);
         }
@@ -135,7 +135,7 @@ mod tests {
             (Stream::default(), Renderer::new(&Options::default()).expect("the defaults"));
         for i in 0..5 {
             let frame = Frame::new(SIZE, picture(i)).expect("a small frame");
-            let expected = renderer.render(&frame).expect("a frame").painting.frame;
+            let expected = renderer.render(&frame).expect("a frame").picture;
             assert_eq!(render(&mut stream, i as f64 * 40.0, i), expected.pixels());
         }
     }

@@ -72,7 +72,7 @@ fn expected(options: &Options, frames: impl Iterator<Item = Vec<Rgba>>) -> Vec<u
     let render = |pixels| {
         let frame = Frame::new(SIZE, pixels).expect("a small frame");
         let rendered = renderer.render(&frame).expect("a frame");
-        rendered.painting.frame.pixels().as_flattened().to_vec()
+        rendered.picture.pixels().as_flattened().to_vec()
     };
     frames.flat_map(render).collect()
 }

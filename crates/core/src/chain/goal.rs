@@ -172,12 +172,12 @@ mod tests {
         let steps = |target| rendered(points, Some(target)).expect("measurable").refine_steps;
         let free = Options { points, refine: Some(0), coherence: 0.0, ..Options::default() };
         let free = Renderer::new(&free).expect("sound").render(&scene()).expect("renders");
-        let before = psnr(mse(&scene(), &free.painting.frame).expect("one size"));
+        let before = psnr(mse(&scene(), &free.picture).expect("one size"));
         assert_eq!(steps(Target::Psnr(before - 0.1)), 0, "reached before the first step");
         let near = rendered(points, Some(Target::Psnr(before + 1.0))).expect("measurable");
         let likeness = near.likeness.expect("a target was given");
         assert!(likeness >= before + 1.0 && near.refine_steps > 0, "{likeness}");
-        let painted = psnr(mse(&scene(), &near.painting.frame).expect("one size"));
+        let painted = psnr(mse(&scene(), &near.picture).expect("one size"));
         assert_eq!(painted, likeness, "it is the likeness of the picture that comes out");
         assert!(steps(Target::Psnr(before + 2.0)) >= near.refine_steps);
     }

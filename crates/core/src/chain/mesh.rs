@@ -128,7 +128,7 @@ impl MeshStage {
                 None if is_fresh => self.refine_fresh(&mut mesh, frame, detail, residual)?,
                 None => self.refine_next(&mut mesh, frame, detail, residual),
             };
-            let life = self.sampler.remember(&mesh, is_fresh, &refined.replaced);
+            let life = self.sampler.remember(&mut mesh, is_fresh, &refined.replaced);
             let fills = std::mem::take(&mut refined.fills);
             // Where the means are known the frame is opaque, and the next one is likely to take steps too.
             let residual = if fills.is_empty() { None } else { self.request_residual() };

@@ -4,6 +4,7 @@ pub mod bands;
 pub mod border;
 pub mod carry;
 pub mod density;
+mod ids;
 mod occupy;
 pub mod spread;
 pub mod suppress;
@@ -20,6 +21,7 @@ use bands::share_bands;
 use border::border_points;
 use carry::Carrier;
 use density::{Binned, Quota};
+use ids::Ids;
 use occupy::occupy;
 use spread::spread;
 use suppress::suppress;
@@ -66,8 +68,9 @@ pub struct Sampler {
     before: Vec<Point>,
     /// Seeds, per cent of those that were asked for.
     seeds: u32,
-    /// How many seeds live on in a mesh whose seeds have become fewer or more.
-    survivors: Option<usize>,
+    /// The numbers of the seeds that live on in a mesh whose seeds have become fewer or more.
+    survivors: Option<Vec<u64>>,
+    ids: Ids,
     /// Whether the frame begins anew without a cut.
     emerges: bool,
 }
@@ -83,6 +86,7 @@ impl Sampler {
             before: Vec::new(),
             seeds: Detail::FULL.seeds,
             survivors: None,
+            ids: Ids::default(),
             emerges: false,
         }
     }
@@ -152,8 +156,15 @@ impl Sampler {
 
     /// Takes up the mesh that a frame ended with, for the next one to start from. `fresh` says that its
     /// seeds were chosen afresh; else `replaced` are those, by number of vertex, that were taken from
-    /// one place and put in at another. Returns how the seeds came to be.
-    pub fn remember(&mut self, mesh: &Mesh, fresh: bool, replaced: &[u32]) -> Life {
+    /// one place and put in at another. Gives the vertices [numbers that last](Mesh::ids), and returns how the
+    /// seeds came to be.
+    pub fn remember(&mut self, mesh: &mut Mesh, fresh: bool, replaced: &[u32]) -> Life {
+        let survivors = self.survivors.take();
+        if fresh {
+            self.ids.number(mesh, survivors.as_deref().unwrap_or_default());
+        }
+        self.ids.renew(mesh, replaced);
+        let mesh = &*mesh;
         let seeds = mesh.seeds();
         if self.options.coherence > 0.0 {
             self.living = Some(match self.recycled.take() {
@@ -164,7 +175,8 @@ impl Sampler {
                 None => mesh.clone(),
             });
         }
-        if let Some(moved) = self.survivors.take() {
+        if let Some(survivors) = survivors {
+            let moved = survivors.len();
             let (born, died) = (seeds.len() - moved, self.before.len() - moved);
             return Life { moved, born, died, ..Life::default() };
         }

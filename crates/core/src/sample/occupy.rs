@@ -4,15 +4,15 @@ use super::spread::spread;
 use crate::chance::{Purpose, rank};
 use crate::geom::Point;
 use crate::hex::HexGrid;
-use crate::mesh::{Mesh, Place};
+use crate::mesh::{CORNERS, Mesh, Place};
 
 /// Seeds with those that were there before at the head of them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Occupied {
     /// Distinct points of the closed frame, none of them a corner.
     pub(super) seeds: Vec<Point>,
-    /// How many of them were there before.
-    pub(super) survivors: usize,
+    /// The [numbers](Mesh::ids) of those that were there before.
+    pub(super) survivors: Vec<u64>,
 }
 
 /// The seeds of `mesh`, made `target` (border points stay, so that there may be more). Every cell of
@@ -39,12 +39,12 @@ pub(super) fn occupy(mesh: &Mesh, target: usize, grid: &HexGrid, seed: u64) -> O
     }
     let mut gone = vec![false; mesh.seeds().len()];
     ranked.iter().skip(room).for_each(|&(_, i)| gone[i] = true);
-    let staying = mesh.seeds().iter().zip(gone).filter(|(_, gone)| !gone).map(|(&p, _)| p);
-    let mut seeds: Vec<_> = staying.collect();
-    let survivors = seeds.len();
+    let numbered = mesh.seeds().iter().copied().zip(mesh.ids[CORNERS..].iter().copied());
+    let staying = numbered.zip(gone).filter(|(_, gone)| !gone).map(|(numbered, _)| numbered);
+    let (mut seeds, survivors): (Vec<_>, Vec<_>) = staying.unzip();
     let mut pixels: Vec<_> = seeds.iter().map(|p| p.pixel(size)).collect();
     spread(&mut pixels, target, grid, seed);
-    seeds.extend(pixels[survivors..].iter().map(|&(x, y)| Point::pixel_centre(x, y)));
+    seeds.extend(pixels[survivors.len()..].iter().map(|&(x, y)| Point::pixel_centre(x, y)));
     Occupied { seeds, survivors }
 }
 
@@ -74,7 +74,7 @@ mod tests {
         let half = occupy(&mesh, 200, &grid, 7);
         let few = occupy(&mesh, 100, &grid, 7);
         assert_eq!((half.seeds.len(), few.seeds.len()), (200, 100));
-        assert_eq!(half.survivors, 200);
+        assert_eq!(half.survivors.len(), 200);
         assert!(few.seeds.iter().all(|p| half.seeds.contains(p)));
         assert!(few.seeds.contains(&Point::new(99 * 256, 0)));
         // Cells are given up all over the frame. Binomial: mean 100, standard deviation 7.
@@ -87,7 +87,7 @@ mod tests {
         let (mesh, grid) = (mesh(150), HexGrid::new(SIZE, 8.0));
         let count = mesh.seeds().len();
         let more = occupy(&mesh, 300, &grid, 7);
-        assert_eq!((more.seeds.len(), more.survivors), (300, count));
+        assert_eq!((more.seeds.len(), more.survivors.len()), (300, count));
         assert_eq!(more.seeds[..count], *mesh.seeds());
         assert_eq!(triangulate(SIZE, &more.seeds).expect("distinct").check(), Ok(()));
         assert_eq!(occupy(&mesh, count, &grid, 7).seeds, mesh.seeds());

@@ -176,7 +176,7 @@ mod tests {
     fn shown(index: i64) -> Shown {
         let size = Size::new(1, 1);
         let frame = Frame::filled(size, [0; 4]).expect("a frame");
-        let mesh = Mesh { size, vertices: Vec::new(), triangles: Vec::new() };
+        let mesh = Mesh::new(size, Vec::new(), Vec::new());
         let span = Span { start: Rational::new(index, 1), length: None };
         Shown { origin: Origin { frame: frame.clone(), mesh }, frame, span }
     }

@@ -181,7 +181,7 @@ mod tests {
         let flat = |colour| Frame::filled(SIZE, colour).expect("a frame");
         let mut vertices = Mesh::corners(SIZE).to_vec();
         vertices.push(polyreel::geom::Point::from_pixels(32.0, 16.0));
-        let mesh = Mesh { size: SIZE, vertices, triangles: Vec::new() };
+        let mesh = Mesh::new(SIZE, vertices, Vec::new());
         let origin = Origin { frame: flat([0, 192, 0, 255]), mesh };
         let span = Span { start: Rational::ZERO, length: None };
         Shown { frame: flat([0, 0, 192, 255]), origin, span }

@@ -94,7 +94,7 @@ impl Run {
         let began = Instant::now();
         let rendered = self.renderer.render(frame)?;
         self.time += began.elapsed();
-        let painted = over_white(&rendered.painting.frame);
+        let painted = over_white(&rendered.picture);
         let like = ssim(source, &painted).ok();
         self.ssim = self.ssim.zip(like).map(|(sum, ssim)| sum + ssim);
         self.mse += mse(source, &painted)?;

@@ -208,11 +208,11 @@ mod tests {
                 let options = Options { method, points, ..Options::default() };
                 let rendered =
                     Renderer::new(&options).expect("sound").render(&frame).expect("renders");
-                let bytes = pack(&rendered.mesh, &rendered.painting.fills).expect("a sound mesh");
+                let bytes = pack(&rendered.mesh, &rendered.mesh.fills).expect("a sound mesh");
                 let (mesh, colours) = unpack(&bytes);
                 assert_eq!(mesh.check(), Ok(()));
                 let painted = rasterise(&mesh, &frame, options.edges, None);
-                assert_eq!(painted.frame, rendered.painting.frame);
+                assert_eq!(painted.frame, rendered.picture);
                 let expected: Vec<_> = means(&mesh, &frame).iter().map(|f| f.colour).collect();
                 assert_eq!(colours, expected);
             }

@@ -122,12 +122,12 @@ pub(crate) fn evaluate_still(
         let began = Instant::now();
         let rendered = render(frame)?;
         let ms = began.elapsed().as_secs_f64() * 1e3;
-        let painted = over_white(&rendered.painting.frame);
+        let painted = over_white(&rendered.picture);
         seen(variant, &painted);
         let likeness = Likeness::of(&source, &painted)?;
         let disturbed = if variant.refined { &[] } else { &disturbed[..] };
         let tried = disturbed.iter().map(|(disturbance, frame)| {
-            Ok((*disturbance, Likeness::of(&source, &render(frame)?.painting.frame)?))
+            Ok((*disturbance, Likeness::of(&source, &render(frame)?.picture)?))
         });
         let robustness = tried.collect::<Result<_>>()?;
         let scores = scores(variant.method, file_bytes, &rendered, likeness, ms)?;
@@ -147,7 +147,7 @@ fn scores(
     let size = rendered.mesh.size;
     let rate = |points: usize| 100.0 - 100.0 * points as f64 / size.pixels() as f64;
     let seeds = rendered.mesh.seeds().len();
-    let mesh_bytes = pack(&rendered.mesh, &rendered.painting.fills)?.len();
+    let mesh_bytes = pack(&rendered.mesh, &rendered.mesh.fills)?.len();
     let reduction = |bytes: u64| 100.0 - 100.0 * mesh_bytes as f64 / bytes.max(1) as f64;
     Ok(MethodScores {
         method,
