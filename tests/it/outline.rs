@@ -28,7 +28,7 @@ fn rendered(frame: &Frame, outline: Option<Colour>, contrast: u32) -> Frame {
         ..Options::default()
     };
     let mut renderer = Renderer::new(&options).expect("sound options");
-    renderer.render(frame).expect("a picture").painting.frame
+    renderer.render(frame).expect("a picture").picture
 }
 
 #[test]
