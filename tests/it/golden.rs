@@ -239,7 +239,7 @@ fn third_frame_with_the_detail_of_a_tight_budget() {
     let mut renderer = Renderer::new(&points(220)).expect("sound options");
     let details = [Detail::FULL, tight, tight];
     let pictures = frames.iter().zip(details).map(|(frame, detail)| {
-        renderer.render_in(frame, &detail).expect("a sound frame").painting.frame
+        renderer.render_in(frame, &detail).expect("a sound frame").picture
     });
     let last = pictures.last().expect("three frames");
     compare("budget", &frames[2], &last.into_image());
@@ -261,7 +261,7 @@ fn third_frame_as_planes() {
     });
     let smooth = Options { edges: Edges::Smooth, ..points(220) };
     let mut renderer = Renderer::new(&smooth).expect("sound options").with_form(Some(form));
-    let painted = planar.map(|frame| renderer.render(&frame).expect("a frame").painting.frame);
+    let painted = planar.map(|frame| renderer.render(&frame).expect("a frame").picture);
     let planes = painted[2].planes().expect("planes were asked for");
     let mut pixels = Vec::new();
     to_rgba(&form.layout, form.coding, &planes.data, &mut pixels);
@@ -274,7 +274,7 @@ fn third_frame_as_planes() {
 fn palette_of_a_gif() {
     let frame = scene(SIZE, 0, true);
     let mut renderer = Renderer::new(&points(700)).expect("sound options");
-    let painted = renderer.render(&frame).expect("a sound frame").painting.frame;
+    let painted = renderer.render(&frame).expect("a sound frame").picture;
     let folder = temporary_folder();
     let file = name(&folder, "a.gif");
     write(&file, &[painted], &[10], &SinkOptions::default()).expect("a GIF");
