@@ -1,8 +1,8 @@
 //! Front ends: from a frame to [`Features`], by the name in [`Options::features`] or the method's own.
 
 use super::edges::{laplacian, sobel};
-use super::lottery::Lottery;
 use super::maps;
+use super::priority::PrioritySampler;
 use super::saliency::saliency;
 use super::slic::{Slic, corners};
 use super::{Extractor, Features, region};
@@ -46,7 +46,7 @@ fn of(front: FrontEnd, extractor: &Extractor, frame: &Frame) -> Features {
 }
 
 fn scored(score: Plane<f32>, power: i32, options: &Options) -> Features {
-    let candidates = Lottery::new(&score, power, options.seed).winners(options.candidates);
+    let candidates = PrioritySampler::new(&score, power, options.seed).sample(options.candidates);
     Features { score: Some(score), ..candidates.into() }
 }
 
@@ -62,7 +62,7 @@ fn with_saliency(mut found: Features, frame: &Frame, options: &Options) -> Featu
     let score = saliency(&maps::visible_luma(frame));
     if options.features.is_none() {
         let share = SALIENT_SHARE * options.candidates;
-        let salient = Lottery::new(&score, SALIENCY_POWER, options.seed).winners(share);
+        let salient = PrioritySampler::new(&score, SALIENCY_POWER, options.seed).sample(share);
         let words = found.candidates.words_mut().iter_mut();
         words.zip(salient.words()).for_each(|(word, salient)| *word |= salient);
     }

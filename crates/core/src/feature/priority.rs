@@ -16,14 +16,14 @@ const BINS: usize = 1 << 12;
 
 /// A weighting of the pixels: a power of their score, 1 for the largest score.
 #[derive(Clone, Copy, Debug)]
-pub struct Lottery<'a> {
+pub struct PrioritySampler<'a> {
     score: &'a Plane<f32>,
     most: f32,
     power: i32,
     seed: u64,
 }
 
-impl<'a> Lottery<'a> {
+impl<'a> PrioritySampler<'a> {
     /// Weights in proportion to `score` to the power of `power`; scores are finite, and those of at
     /// most 0 never win.
     pub fn new(score: &'a Plane<f32>, power: i32, seed: u64) -> Self {
@@ -39,12 +39,12 @@ impl<'a> Lottery<'a> {
 
     /// The key of pixel `(x, y)`, above 0: infinite where the weight is 0.
     pub fn key(&self, x: u32, y: u32) -> f32 {
-        ticket(self.seed, x, y) / self.weight(self.score.at(x, y))
+        uniform(self.seed, x, y) / self.weight(self.score.at(x, y))
     }
 
     /// The winners when about `share` of all pixels are to win: those whose keys lie below one limit.
     /// Fewer where fewer have a weight.
-    pub fn winners(&self, share: f64) -> Mask {
+    pub fn sample(&self, share: f64) -> Mask {
         let mut mask = Mask::new(self.score.size());
         if self.most <= 0.0 {
             return mask;
@@ -55,7 +55,7 @@ impl<'a> Lottery<'a> {
             for (x, &score) in self.score.row(y as u32).iter().enumerate() {
                 let chance = limit * self.weight(score);
                 // Most pixels have no chance worth a throw in maps with few high places.
-                let won = chance > 0.0 && ticket(self.seed, x as u32, y as u32) <= chance;
+                let won = chance > 0.0 && uniform(self.seed, x as u32, y as u32) <= chance;
                 words[x / 64] |= u64::from(won) << (x % 64);
             }
         });
@@ -100,7 +100,7 @@ impl<'a> Lottery<'a> {
 }
 
 /// What a pixel draws, in (0, 1].
-fn ticket(seed: u64, x: u32, y: u32) -> f32 {
+fn uniform(seed: u64, x: u32, y: u32) -> f32 {
     // 24 bits fill a float's mantissa.
     ((rank(seed, Purpose::Keep, x, y) >> 40) + 1) as f32 / (1u32 << 24) as f32
 }
@@ -120,7 +120,7 @@ mod tests {
         let size = Size::new(300, 400);
         let score = ramp(size);
         for (power, left_share) in [(1, 0.25), (3, 1.0 / 16.0)] {
-            let winners = Lottery::new(&score, power, 7).winners(0.05);
+            let winners = PrioritySampler::new(&score, power, 7).sample(0.05);
             let expected = 0.05 * size.pixels() as f64;
             assert!((winners.len() as f64 / expected - 1.0).abs() < 0.04, "{}", winners.len());
             // The integral of x^p over the left half is 2^-(p + 1) of the whole.
@@ -132,9 +132,9 @@ mod tests {
     #[test]
     fn winners_are_those_with_the_smallest_keys() {
         let score = ramp(Size::new(60, 50));
-        let lottery = Lottery::new(&score, 2, 3);
-        let winners = lottery.winners(0.1);
-        let key = |&(x, y): &(u32, u32)| lottery.key(x, y);
+        let sampler = PrioritySampler::new(&score, 2, 3);
+        let winners = sampler.sample(0.1);
+        let key = |&(x, y): &(u32, u32)| sampler.key(x, y);
         let worst = winners.iter().map(|p| key(&p)).fold(0.0, f32::max);
         let pixels = (0..50).flat_map(|y| (0..60).map(move |x| (x, y)));
         let better = pixels.filter(|&(x, y)| !winners.contains(x, y)).map(|p| key(&p));
@@ -144,11 +144,14 @@ mod tests {
     #[test]
     fn what_scores_nothing_never_wins() {
         let flat = Plane::filled(Size::new(30, 20), 0.0);
-        assert!(Lottery::new(&flat, 1, 0).winners(1.0).is_empty());
+        assert!(PrioritySampler::new(&flat, 1, 0).sample(1.0).is_empty());
         let mut one = flat.clone();
         one.values_mut()[31] = 0.5;
-        assert_eq!(Lottery::new(&one, 4, 0).winners(0.5).iter().collect::<Vec<_>>(), [(1, 1)]);
+        assert_eq!(
+            PrioritySampler::new(&one, 4, 0).sample(0.5).iter().collect::<Vec<_>>(),
+            [(1, 1)]
+        );
         let all = Plane::filled(Size::new(30, 20), 3.0);
-        assert_eq!(Lottery::new(&all, 4, 0).winners(1.0).len(), 600);
+        assert_eq!(PrioritySampler::new(&all, 4, 0).sample(1.0).len(), 600);
     }
 }
