@@ -1,8 +1,8 @@
 //! Pixels by chance, weighted with a score.
 //!
-//! Every pixel draws u in (0, 1] by a hash of its place; its key is u / weight, and the smallest keys
-//! win: priority sampling (Duffield, Lund and Thorup, "Priority sampling for estimation of arbitrary
-//! subset sums", J. ACM 54(6), 2007). A pixel wins with a probability in proportion to its weight,
+//! Each pixel gets u in (0, 1] by a hash of its place; its key is u / weight, and the pixels with the
+//! smallest keys are taken: priority sampling (Duffield, Lund and Thorup, "Priority sampling for estimation of arbitrary
+//! subset sums", J. ACM 54(6), 2007). A pixel is taken with a probability in proportion to its weight,
 //! and as long as its score stays it keeps its key in every frame.
 
 use crate::parallel::prelude::*;
@@ -25,7 +25,7 @@ pub struct PrioritySampler<'a> {
 
 impl<'a> PrioritySampler<'a> {
     /// Weights in proportion to `score` to the power of `power`; scores are finite, and those of at
-    /// most 0 never win.
+    /// most 0 are never taken.
     pub fn new(score: &'a Plane<f32>, power: i32, seed: u64) -> Self {
         let most =
             score.values().par_iter().with_min_len(1 << 14).copied().reduce(|| 0.0, f32::max);
@@ -33,7 +33,7 @@ impl<'a> PrioritySampler<'a> {
     }
 
     fn weight(&self, score: f32) -> f32 {
-        // A score that is tiny beside the largest weighs nothing: its power underflows to 0.
+        // The power of a score that is tiny compared with the largest underflows to 0.
         if score > 0.0 { (score / self.most).powi(self.power) } else { 0.0 }
     }
 
@@ -42,7 +42,7 @@ impl<'a> PrioritySampler<'a> {
         uniform(self.seed, x, y) / self.weight(self.score.at(x, y))
     }
 
-    /// The winners when about `share` of all pixels are to win: those whose keys lie below one limit.
+    /// About `share` of all pixels: those whose keys lie below one limit.
     /// Fewer where fewer have a weight.
     pub fn sample(&self, share: f64) -> Mask {
         let mut mask = Mask::new(self.score.size());
@@ -54,15 +54,15 @@ impl<'a> PrioritySampler<'a> {
         mask.words_mut().par_chunks_mut(stride).enumerate().for_each(|(y, words)| {
             for (x, &score) in self.score.row(y as u32).iter().enumerate() {
                 let chance = limit * self.weight(score);
-                // Most pixels have no chance worth a throw in maps with few high places.
-                let won = chance > 0.0 && uniform(self.seed, x as u32, y as u32) <= chance;
-                words[x / 64] |= u64::from(won) << (x % 64);
+                // In maps with few high values most pixels have weight 0.
+                let is_taken = chance > 0.0 && uniform(self.seed, x as u32, y as u32) <= chance;
+                words[x / 64] |= u64::from(is_taken) << (x % 64);
             }
         });
         mask
     }
 
-    /// The limit of the keys at which `share` of the pixels are expected to win:
+    /// The limit of the keys at which `share` of the pixels are expected to be taken:
     /// sum of min(1, limit x weight) = share x pixels, over a histogram of the scores.
     fn limit(&self, share: f64) -> f32 {
         let last = (BINS - 1) as f32;
@@ -99,7 +99,7 @@ impl<'a> PrioritySampler<'a> {
     }
 }
 
-/// What a pixel draws, in (0, 1].
+/// A uniform random number of a pixel, in (0, 1], by a hash of its place.
 fn uniform(seed: u64, x: u32, y: u32) -> f32 {
     // 24 bits fill a float's mantissa.
     ((rank(seed, Purpose::Keep, x, y) >> 40) + 1) as f32 / (1u32 << 24) as f32
@@ -120,12 +120,12 @@ mod tests {
         let size = Size::new(300, 400);
         let score = ramp(size);
         for (power, left_share) in [(1, 0.25), (3, 1.0 / 16.0)] {
-            let winners = PrioritySampler::new(&score, power, 7).sample(0.05);
+            let taken = PrioritySampler::new(&score, power, 7).sample(0.05);
             let expected = 0.05 * size.pixels() as f64;
-            assert!((winners.len() as f64 / expected - 1.0).abs() < 0.04, "{}", winners.len());
+            assert!((taken.len() as f64 / expected - 1.0).abs() < 0.04, "{}", taken.len());
             // The integral of x^p over the left half is 2^-(p + 1) of the whole.
-            let left = winners.iter().filter(|p| p.0 < 150).count() as f64;
-            assert!((left / winners.len() as f64 - left_share).abs() < 0.02, "{power}: {left}");
+            let left = taken.iter().filter(|p| p.0 < 150).count() as f64;
+            assert!((left / taken.len() as f64 - left_share).abs() < 0.02, "{power}: {left}");
         }
     }
 
@@ -133,11 +133,11 @@ mod tests {
     fn winners_are_those_with_the_smallest_keys() {
         let score = ramp(Size::new(60, 50));
         let sampler = PrioritySampler::new(&score, 2, 3);
-        let winners = sampler.sample(0.1);
+        let taken = sampler.sample(0.1);
         let key = |&(x, y): &(u32, u32)| sampler.key(x, y);
-        let worst = winners.iter().map(|p| key(&p)).fold(0.0, f32::max);
+        let worst = taken.iter().map(|p| key(&p)).fold(0.0, f32::max);
         let pixels = (0..50).flat_map(|y| (0..60).map(move |x| (x, y)));
-        let better = pixels.filter(|&(x, y)| !winners.contains(x, y)).map(|p| key(&p));
+        let better = pixels.filter(|&(x, y)| !taken.contains(x, y)).map(|p| key(&p));
         assert!(better.fold(f32::INFINITY, f32::min) >= worst * 0.9999);
     }
 
