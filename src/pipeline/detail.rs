@@ -103,7 +103,7 @@ impl DetailController {
     pub(super) fn after_features(&self, context: &FrameContext, features: &Features) {
         if let Some(mut governor) = self.governor() {
             let time = context.report.timing.get(Stage::Features);
-            governor.looked(context.settings.detail.look, features.change.begins(), time);
+            governor.looked(context.settings.detail.look, features.change.is_fresh(), time);
         }
     }
 
@@ -114,7 +114,7 @@ impl DetailController {
         features: &Features,
         stage: &MeshStage,
     ) {
-        let is_fresh = features.change.begins();
+        let is_fresh = features.change.is_fresh();
         context.requested_steps = stage.requested_steps(is_fresh, features.candidates.size());
         if let Some(mut governor) = self.governor() {
             // A number of steps that the user gave is not exceeded.

@@ -10,7 +10,7 @@ use crate::geom::Size;
 /// Mean difference of luma in a block of a small picture, 0..255, above which the block has changed.
 /// Grain of standard deviation 4 leaves about 1 there (16 pixels' mean, mean absolute value); the
 /// quantisation noise of usual encoders lies below that.
-const STIR: f32 = 2.5;
+const BLOCK_CHANGE_THRESHOLD: f32 = 2.5;
 
 /// Share of changed blocks below which no cut is looked for.
 const CUT_CHANGED: f32 = 0.35;
@@ -48,17 +48,17 @@ const FLASH_FRAMES: u32 = 12;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change {
     /// It begins a new shot: the first frame, or the one after a cut.
-    Shot,
+    Cut,
     /// It begins anew, though the shot goes on: the first frame that shows anything, of a shot that fades in.
-    Emerges,
+    FadeIn,
     /// It goes on from the frame before, moved so.
-    Goes(Motion),
+    Continues(Motion),
 }
 
 impl Change {
     /// Whether the frame has nothing of the one before it.
-    pub fn begins(&self) -> bool {
-        !matches!(self, Self::Goes(_))
+    pub fn is_fresh(&self) -> bool {
+        !matches!(self, Self::Continues(_))
     }
 }
 
@@ -90,7 +90,7 @@ impl Watcher {
             None => {
                 let blank = is_empty(&small);
                 self.begin(small, blank);
-                Change::Shot
+                Change::Cut
             }
         }
     }
@@ -108,7 +108,7 @@ impl Watcher {
 
     fn compare(&mut self, mut seen: Seen, small: Small) -> Change {
         let moved = block_differences(&seen.previous, &small);
-        let changed: Vec<bool> = moved.iter().map(|&d| d > STIR).collect();
+        let changed: Vec<bool> = moved.iter().map(|&d| d > BLOCK_CHANGE_THRESHOLD).collect();
         let motion = Motion::between(&seen.previous, &small, &changed);
         let share = changed.iter().filter(|&&c| c).count() as f32 / changed.len() as f32;
         seen.other = if share > CUT_CHANGED {
@@ -119,9 +119,10 @@ impl Watcher {
             let is_shifted = || histogram_distance(&seen.previous, &small) > CUT_SHIFT;
             let other = seen.is_left(&small, &motion) && (share > CUT_WIDE || is_shifted());
             if other && (!seen.other || is_shifted()) {
-                let emerges = seen.blank && seen.before_flash.is_none() && is_empty(&seen.previous);
+                let fades_in =
+                    seen.blank && seen.before_flash.is_none() && is_empty(&seen.previous);
                 self.begin(small, false);
-                return if emerges { Change::Emerges } else { Change::Shot };
+                return if fades_in { Change::FadeIn } else { Change::Cut };
             }
             seen.blank = false;
             other
@@ -131,7 +132,7 @@ impl Watcher {
         seen.before_flash = seen.before_flash.and_then(older);
         self.spent = Some(std::mem::replace(&mut seen.previous, small));
         self.seen = Some(seen);
-        Change::Goes(motion)
+        Change::Continues(motion)
     }
 
     /// Passes a frame without texture, a flash perhaps: nothing can be learnt from it.
@@ -140,7 +141,7 @@ impl Watcher {
         let full = || (!is_empty(&seen.previous)).then_some((seen.previous, 0));
         let before_flash = seen.before_flash.or_else(full).and_then(older);
         self.seen = Some(Seen { previous: small, other: false, before_flash, ..seen });
-        Change::Goes(motion)
+        Change::Continues(motion)
     }
 }
 
@@ -265,7 +266,7 @@ mod tests {
 
     fn cuts(frames: impl IntoIterator<Item = Frame>) -> Vec<usize> {
         let mut watcher = Watcher::default();
-        let begins = frames.into_iter().map(|frame| watcher.watch(&frame) == Change::Shot);
+        let begins = frames.into_iter().map(|frame| watcher.watch(&frame) == Change::Cut);
         begins.enumerate().filter(|(_, begins)| *begins).map(|(i, _)| i).collect()
     }
 
@@ -360,15 +361,15 @@ mod tests {
         let black = Frame::filled(SIZE, [0, 0, 0, 255]).expect("black");
         let mut watcher = Watcher::default();
         let mut is = |frame: &Frame| watcher.watch(frame);
-        assert_eq!(is(&black), Change::Shot);
-        assert!(matches!(is(&black), Change::Goes(_)));
-        assert_eq!(is(&scene(1, 0.0, 0.3)), Change::Emerges);
-        assert!(matches!(is(&scene(1, 0.0, 0.6)), Change::Goes(_)));
-        assert_eq!(is(&scene(2, 0.0, 1.0)), Change::Shot);
+        assert_eq!(is(&black), Change::Cut);
+        assert!(matches!(is(&black), Change::Continues(_)));
+        assert_eq!(is(&scene(1, 0.0, 0.3)), Change::FadeIn);
+        assert!(matches!(is(&scene(1, 0.0, 0.6)), Change::Continues(_)));
+        assert_eq!(is(&scene(2, 0.0, 1.0)), Change::Cut);
         for _ in 0..=FLASH_FRAMES {
-            assert!(matches!(is(&black), Change::Goes(_)));
+            assert!(matches!(is(&black), Change::Continues(_)));
         }
-        assert_eq!(is(&scene(1, 0.0, 1.0)), Change::Shot, "this one is cut to");
+        assert_eq!(is(&scene(1, 0.0, 1.0)), Change::Cut, "this one is cut to");
     }
 
     #[test]

@@ -38,7 +38,7 @@ pub struct Features {
 
 impl From<Mask> for Features {
     fn from(candidates: Mask) -> Self {
-        Self { candidates, score: None, change: Change::Shot }
+        Self { candidates, score: None, change: Change::Cut }
     }
 }
 
@@ -71,19 +71,22 @@ impl Extractor {
             && self.options.coherence > 0.0
             && let Some(motion) = self.watcher.pause(frame.size())
         {
-            return Features { change: Change::Goes(motion), ..Mask::new(frame.size()).into() };
+            return Features {
+                change: Change::Continues(motion),
+                ..Mask::new(frame.size()).into()
+            };
         }
         let change = if self.options.coherence > 0.0 {
             self.watcher.watch(frame)
         } else {
             // Nobody watches this frame: none can be compared with those before it any more.
             self.watcher = Watcher::default();
-            Change::Shot
+            Change::Cut
         };
         let anew = std::mem::take(&mut self.anew);
-        let change = if anew && !change.begins() { Change::Shot } else { change };
+        let change = if anew && !change.is_fresh() { Change::Cut } else { change };
         let features = match look {
-            _ if !change.begins() => Mask::new(frame.size()).into(),
+            _ if !change.is_fresh() => Mask::new(frame.size()).into(),
             Look::Full => self.features(frame),
             _ => half::features(self, frame),
         };

@@ -72,7 +72,7 @@ pub struct Sampler {
     survivors: Option<Vec<u64>>,
     ids: Ids,
     /// Whether the frame begins anew without a cut.
-    emerges: bool,
+    fades_in: bool,
 }
 
 impl Sampler {
@@ -87,7 +87,7 @@ impl Sampler {
             seeds: Detail::FULL.seeds,
             survivors: None,
             ids: Ids::default(),
-            emerges: false,
+            fades_in: false,
         }
     }
 
@@ -126,12 +126,12 @@ impl Sampler {
         let size = features.candidates.size();
         let before = std::mem::replace(&mut self.seeds, detail.seeds);
         self.survivors = None;
-        self.emerges = features.change == Change::Emerges;
+        self.fades_in = features.change == Change::FadeIn;
         let living = self.living.take();
         self.before.clear();
         self.before.extend(living.iter().flat_map(|mesh| mesh.seeds()));
         match (&features.change, living) {
-            (Change::Goes(motion), Some(mut mesh)) if mesh.size == size => {
+            (Change::Continues(motion), Some(mut mesh)) if mesh.size == size => {
                 self.carrier.carry(&mut mesh, motion);
                 if before == self.seeds {
                     return Start::Mesh(mesh);
@@ -185,7 +185,7 @@ impl Sampler {
             return Life {
                 born: seeds.len(),
                 died,
-                cut: died > 0 && !self.emerges,
+                cut: died > 0 && !self.fades_in,
                 ..Life::default()
             };
         }
