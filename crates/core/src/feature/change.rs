@@ -29,7 +29,7 @@ const CUT_LIKENESS: f32 = 0.6;
 /// Bins of luma for the correlation ratio.
 const BINS: usize = 16;
 
-/// The least variance of blocks' means, in squared 8-bit steps, that a correlation ratio tells anything of.
+/// The least variance of blocks' means, in squared 8-bit steps, below which a correlation ratio has no meaning.
 const FLAT: f64 = 4.0;
 
 /// A cut changes this share of the blocks, or shifts the histogram by [`CUT_SHIFT`]; a cut-out figure
@@ -49,14 +49,14 @@ const FLASH_FRAMES: u32 = 12;
 pub enum Change {
     /// It begins a new shot: the first frame, or the one after a cut.
     Cut,
-    /// It begins anew, though the shot goes on: the first frame that shows anything, of a shot that fades in.
+    /// It starts afresh within a shot that fades in: the first frame with any texture.
     FadeIn,
-    /// It goes on from the frame before, moved so.
+    /// It continues the frame before, with this motion.
     Continues(Motion),
 }
 
 impl Change {
-    /// Whether the frame has nothing of the one before it.
+    /// Whether the mesh has to be made afresh, since the frame does not continue the one before it.
     pub fn is_fresh(&self) -> bool {
         !matches!(self, Self::Continues(_))
     }
@@ -115,7 +115,7 @@ impl Watcher {
             if is_empty(&small) {
                 return self.wait(seen, small);
             }
-            // Histograms only of what is unlike the frame before: they take longer than to tell that.
+            // Histograms only of what is unlike the frame before: they take longer than that comparison.
             let is_shifted = || histogram_distance(&seen.previous, &small) > CUT_SHIFT;
             let other = seen.is_left(&small, &motion) && (share > CUT_WIDE || is_shifted());
             if other && (!seen.other || is_shifted()) {

@@ -30,7 +30,7 @@ pub struct Features {
     /// The feature points: pixels that level two may choose from. None are looked for where the mesh
     /// of the frame before lives on.
     pub candidates: Mask,
-    /// How much every pixel matters, at least 0, where the front end tells; any unit.
+    /// How much every pixel matters, at least 0, where the front end scores pixels; any unit.
     pub score: Option<Plane<f32>>,
     /// How the frame continues its stream.
     pub change: Change,
@@ -47,7 +47,7 @@ impl From<Mask> for Features {
 pub struct Extractor {
     options: Options,
     watcher: Watcher,
-    /// Whether the next frame must begin anew, whatever it shows.
+    /// Whether the next frame must start afresh, whatever it shows.
     anew: bool,
 }
 
@@ -79,7 +79,7 @@ impl Extractor {
         let change = if self.options.coherence > 0.0 {
             self.watcher.watch(frame)
         } else {
-            // Nobody watches this frame: none can be compared with those before it any more.
+            // This frame is not watched, so that later ones cannot be compared with those before it.
             self.watcher = Watcher::default();
             Change::Cut
         };
