@@ -1,7 +1,7 @@
 //! Colour regions by k-means, their boundaries and a few points inside them (paper, HRLP level one).
 //!
 //! Colours are clustered in a coarse cube, not pixel by pixel: a picture has a few thousand occupied
-//! cells where it has millions of pixels, and a table of the cube then labels each pixel with one look.
+//! cells where it has millions of pixels, and a table of the cube then labels each pixel with one lookup.
 
 use crate::parallel::prelude::*;
 
@@ -102,14 +102,15 @@ fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
 fn spread_palette(cells: &[Cell], clusters: usize) -> Vec<[f32; 3]> {
     let mut palette = Vec::with_capacity(clusters);
     let mut gap = vec![f32::MAX; cells.len()];
-    let mut worth: Vec<f32> = cells.iter().map(|cell| cell.weight).collect();
+    let mut priority: Vec<f32> = cells.iter().map(|cell| cell.weight).collect();
     while palette.len() < clusters {
-        let first_best = (0..cells.len()).reduce(|a, b| if worth[b] > worth[a] { b } else { a });
-        let Some(best) = first_best.filter(|&best| worth[best] > 0.0) else { break };
+        let first_best =
+            (0..cells.len()).reduce(|a, b| if priority[b] > priority[a] { b } else { a });
+        let Some(best) = first_best.filter(|&best| priority[best] > 0.0) else { break };
         palette.push(cells[best].mean);
         for (i, cell) in cells.iter().enumerate() {
             gap[i] = gap[i].min(distance(cell.mean, cells[best].mean));
-            worth[i] = gap[i] * cell.weight;
+            priority[i] = gap[i] * cell.weight;
         }
     }
     palette
@@ -118,7 +119,7 @@ fn spread_palette(cells: &[Cell], clusters: usize) -> Vec<[f32; 3]> {
 /// Colours whose nearest ones are looked for side by side.
 const LANES: usize = 32;
 
-/// For each of `count` colours, which `colour` tells, the number of the nearest one of the palette of at most 256,
+/// For each of `count` colours, which `colour` returns, the index of the nearest entry of a palette of at most 256;
 /// of equally near ones the first.
 fn nearest(palette: &[[f32; 3]], count: usize, colour: impl Fn(usize) -> [f32; 3]) -> Vec<u8> {
     let mut labels = vec![0; count];
