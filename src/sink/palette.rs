@@ -11,7 +11,7 @@ mod divide;
 use rayon::prelude::*;
 
 use crate::frame::{Fill, Rgba};
-use crate::vector::widest;
+use crate::simd::dispatch;
 
 use divide::divide;
 
@@ -168,7 +168,7 @@ fn nearest(colours: &[Weighted], palette: &[Rgb]) -> Vec<Match> {
     let mut matches = vec![Match::default(); colours.len()];
     let parts = matches.par_chunks_mut(PART).zip(colours.par_chunks(PART));
     parts.for_each(|(matches, colours)| {
-        widest(
+        dispatch(
             #[inline(always)]
             || {
                 for (m, w) in matches.iter_mut().zip(colours) {
@@ -268,7 +268,7 @@ impl Lookup {
         if found != EMPTY {
             return m;
         }
-        widest(
+        dispatch(
             #[inline(always)]
             || self.palette.nearest(colour),
         )

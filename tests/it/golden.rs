@@ -238,9 +238,10 @@ fn third_frame_with_the_detail_of_a_tight_budget() {
     let tight = Detail { look: Look::Half, seeds: 50, steps, rows: 4 };
     let mut renderer = Renderer::new(&points(220)).expect("sound options");
     let details = [Detail::FULL, tight, tight];
-    let pictures = frames.iter().zip(details).map(|(frame, detail)| {
-        renderer.render_in(frame, &detail).expect("a sound frame").picture
-    });
+    let pictures = frames
+        .iter()
+        .zip(details)
+        .map(|(frame, detail)| renderer.render_in(frame, &detail).expect("a sound frame").picture);
     let last = pictures.last().expect("three frames");
     compare("budget", &frames[2], &last.into_image());
 }

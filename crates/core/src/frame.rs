@@ -166,7 +166,7 @@ pub struct Rational {
 }
 
 impl Rational {
-    /// Nought.
+    /// Zero.
     pub const ZERO: Self = Self { num: 0, den: 1 };
 
     /// `num / den` in lowest terms. A negative `den` turns both signs; `den` must not be 0.
@@ -194,7 +194,7 @@ impl Rational {
         self.num as f64 / self.den as f64
     }
 
-    /// `1 / self`; `None` for nought.
+    /// `1 / self`; `None` for zero.
     pub fn recip(self) -> Option<Self> {
         (self.num != 0).then(|| Self::new(self.den, self.num))
     }

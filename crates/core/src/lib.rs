@@ -37,7 +37,7 @@
 //!
 //! Modules, lowest first; each uses only those before it (checked by a test of the crate `polyreel`):
 //!
-//! 1. `geom`, `stage`, `error`, `vector`, `parallel`, `colour`, `frame`, `chance`
+//! 1. `geom`, `stage`, `error`, `simd`, `parallel`, `colour`, `frame`, `chance`
 //! 2. `plane`, `options`, `mesh`, `hex`, `residual`, `scan`, `draw`, `flow`, `feature`
 //! 3. `sample`, `triangulate`, `refine`, `rasterise`, `governor`, `metric`, `chain`, `render`, `svg`
 
@@ -66,10 +66,10 @@ mod render;
 mod residual;
 mod sample;
 mod scan;
+mod simd;
 mod stage;
 pub mod svg;
 mod triangulate;
-mod vector;
 
 pub use error::{Error, Result};
 pub use frame::{Fill, Frame, Rgba};
@@ -94,6 +94,11 @@ pub mod unstable {
     }
     modules! {
         chain chance colour draw error feature flow frame geom governor hex mesh metric options plane
-        rasterise refine render residual sample scan stage svg triangulate vector
+        rasterise refine render residual sample scan simd stage svg triangulate
     }
 }
+
+/// The README's example, compiled and run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -44,14 +44,14 @@ pub struct Options {
     pub points: Points,
     /// Decides all chance. Default 0.
     pub seed: u64,
-    /// How firmly a frame holds to the one before, 0 (each frame alone) to 1 (least flicker, at the
+    /// How closely a frame follows the one before, 0 (each frame alone) to 1 (least flicker, at the
     /// price of likeness). Above 0 the mesh lives on from frame to frame. Default 0.4.
     pub coherence: f64,
     /// How much work goes into refinement: on video, frames smaller than 1280 x 720 get more steps in the
     /// time that these take. Default [`Quality::Normal`].
     pub quality: Quality,
-    /// Steps of refinement instead of [`Options::quality`], 0..=1000: so many for a still or a frame
-    /// alone, and so many for each frame of a stream, the first of a shot getting a few more. Default
+    /// Steps of refinement instead of [`Options::quality`], 0..=1000: this many for a still or a frame
+    /// alone, and for each frame of a stream; the first frame of a shot gets a few more. Default
     /// `None`.
     pub refine: Option<u32>,
     /// Likeness at which the refinement of a fresh mesh stops, in place of a number of steps; it goes
@@ -77,7 +77,7 @@ pub struct Options {
     pub max_points: u32,
     /// Points that the sparsest cells keep, where they have any, 0..=`max_points`. Default 1.
     pub default_points: u32,
-    /// Densities that tell dense cells from sparse ones.
+    /// Densities that divide cells into dense and sparse ones.
     pub thresholds: Thresholds,
     /// Where feature points come from; `None` takes the method's own. Default `None`.
     pub features: Option<FrontEnd>,
@@ -231,7 +231,7 @@ impl Options {
             Points::Count(0) => return Err(out_of_range("points", 0, "at least 1")),
             Points::Auto if self.error.is_none() => {
                 return Err(Error::options(
-                    "points can only be auto beside an error to reach, such as psnr:30 or ssim:0.8",
+                    "points can only be auto together with an error to reach, such as psnr:30 or ssim:0.8",
                 ));
             }
             Points::Auto if self.hex_density.is_some() => {

@@ -13,7 +13,7 @@ use crate::parallel::prelude::*;
 use crate::colour::{Form, Planes};
 use crate::frame::{Buffers, Frame, Rgba};
 use crate::geom::Size;
-use crate::vector::widest;
+use crate::simd::dispatch;
 
 /// The share m at coherence 1. With more no clip flickers less, and likeness goes on falling.
 const MAX_SHARE: f64 = 0.7;
@@ -70,7 +70,7 @@ pub(crate) struct ResidualWriter(i16);
 impl ResidualWriter {
     /// Writes `offsets` from what was `painted` and its `source`, equally long parts of opaque pictures.
     pub(crate) fn write(self, offsets: &mut [u8], painted: &[u8], source: &[u8]) {
-        widest(
+        dispatch(
             #[inline(always)]
             || {
                 for ((offset, &painted), &source) in offsets.iter_mut().zip(painted).zip(source) {
@@ -129,7 +129,7 @@ impl Residual {
 /// Adds the values of a picture, `source`, to the differences in `offsets`.
 fn add(offsets: &mut [u8], source: &[u8]) {
     offsets.par_chunks_mut(CHUNK).zip(source.par_chunks(CHUNK)).for_each(|(offsets, source)| {
-        widest(
+        dispatch(
             #[inline(always)]
             || {
                 for (offset, &source) in offsets.iter_mut().zip(source) {

@@ -176,7 +176,7 @@ pub(crate) fn fell_short(target: Target, short: u64, least: f64) -> Option<Strin
         1 => "1 frame stays".to_owned(),
         n => format!("{n} frames stay"),
     };
-    let (wanted, least) = (target.told(target.value()), target.told(least));
+    let (wanted, least) = (target.describe(target.value()), target.describe(least));
     Some(format!("{frames} below {wanted}, the least at {least}; more --points, or auto, reach it"))
 }
 

@@ -34,7 +34,7 @@ pub(super) fn divide(colours: &[Weighted]) -> Vec<Rgb> {
 
 impl Cell {
     fn new(mut colours: Vec<Weighted>) -> Self {
-        let axis = widest(&colours);
+        let axis = dispatch(&colours);
         // Colours are distinct, so that the order is decided.
         colours.sort_unstable_by_key(|w| (w.colour[axis], w.colour));
         let (gain, at) = best_split(&colours);
@@ -57,7 +57,7 @@ fn sums(colours: &[Weighted]) -> [u64; 4] {
 }
 
 /// The channel of the largest variance.
-fn widest(colours: &[Weighted]) -> usize {
+fn dispatch(colours: &[Weighted]) -> usize {
     let [r, g, b, n] = sums(colours);
     let mut squares = [0u64; 3];
     for w in colours {

@@ -125,10 +125,10 @@ pub(super) fn fewest(
         }
         if high == max {
             return Err(Error::Unreachable {
-                target: target.told(target.value()),
+                target: target.describe(target.value()),
                 most: max as usize,
                 pixels_a_point: PIXELS_A_POINT,
-                likeness: target.told(likeness),
+                likeness: target.describe(likeness),
             });
         }
         (low, high) = (high, high.saturating_mul(2).min(max));

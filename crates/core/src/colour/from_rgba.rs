@@ -2,7 +2,7 @@
 
 use super::{Coding, FRACTION, Layout, MEAN_BITS, Rgba, Sampling, Siting, codes, fixed, weights};
 use crate::geom::Size;
-use crate::vector::widest;
+use crate::simd::dispatch;
 
 /// Fixed-point factors from RGB to codes: of red, green and blue, and what is added.
 #[derive(Clone, Copy, Debug)]
@@ -70,7 +70,7 @@ pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, o
     let chroma_width = layout.chroma().0;
     if chroma_width == 0 {
         for (y, out) in luma.chunks_mut(width).enumerate() {
-            widest(
+            dispatch(
                 #[inline(always)]
                 || brightness(&factors, row(y), out),
             );
@@ -83,7 +83,7 @@ pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, o
         for (y, (luma, (u, v))) in luma.chunks_mut(rows * width).zip(chroma).enumerate() {
             let first = rows * y;
             let last = (first + rows).min(full.height as usize) - 1;
-            widest(
+            dispatch(
                 #[inline(always)]
                 || {
                     for (y, out) in (first..).zip(luma.chunks_mut(width)) {

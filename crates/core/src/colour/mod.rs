@@ -19,7 +19,7 @@ use crate::geom::Size;
 /// source's own transfer curve (no linearisation, as in the paper).
 pub type Rgba = [u8; 4];
 
-/// Colour tags of a video, in ffmpeg's words (`bt709`, `smpte170m`, `tv`, `pc` ...); `None` is untold.
+/// Colour tags of a video, in ffmpeg's words (`bt709`, `smpte170m`, `tv`, `pc` ...); `None` is unspecified.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Colorimetry {
@@ -69,7 +69,7 @@ pub struct Coding {
 }
 
 impl Coding {
-    /// What `tags` say of a picture of `size`. What they leave out, or name but is none of
+    /// What `tags` say of a picture of `size`. What they leave out, or name but is not one of
     /// [`Matrix`], is limited range and the players' convention: BT.709 for pictures that are wider
     /// than 1279 or higher than 576 pixels, BT.601 for smaller ones (as mpv and browsers have it).
     pub fn of(tags: &Colorimetry, size: Size) -> Self {
@@ -176,10 +176,10 @@ impl Layout {
     }
 }
 
-/// How a picture is told as planes.
+/// How a picture is stored as planes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Form {
-    /// Where what stands.
+    /// Sizes and order of the planes.
     pub layout: Layout,
     /// What the codes mean.
     pub coding: Coding,
@@ -188,7 +188,7 @@ pub struct Form {
 /// A picture as planes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Planes {
-    /// How it is told.
+    /// How it is stored.
     pub form: Form,
     /// The planes.
     pub data: Vec<u8>,

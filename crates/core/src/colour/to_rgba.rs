@@ -1,7 +1,7 @@
 //! From planes to pixels.
 
 use super::{CHROMA_BITS, Coding, FRACTION, Layout, Rgba, Sampling, Siting, codes, fixed, weights};
-use crate::vector::widest;
+use crate::simd::dispatch;
 
 /// Fixed-point factors from codes to RGB.
 #[derive(Clone, Copy, Debug)]
@@ -101,7 +101,7 @@ impl<'a> RowsToRgba<'a> {
         let width = layout.size.width as usize;
         let [luma, u, v, alpha] = layout.split(data);
         for (row, out) in (first..).zip(out.chunks_mut(width)) {
-            widest(
+            dispatch(
                 #[inline(always)]
                 || {
                     upsample(layout, u, row, blend, us);

@@ -9,7 +9,7 @@ use crate::chance::{Purpose, rank};
 use crate::feature::mask::Mask;
 use crate::frame::{Frame, Rgba};
 use crate::geom::Size;
-use crate::vector::widest;
+use crate::simd::dispatch;
 
 /// Bits of a channel that the colour cube tells apart: 32 levels a channel, 32768 cells.
 const CUBE_BITS: u32 = 5;
@@ -123,7 +123,7 @@ const LANES: usize = 32;
 /// of equally near ones the first.
 fn nearest(palette: &[[f32; 3]], count: usize, colour: impl Fn(usize) -> [f32; 3]) -> Vec<u8> {
     let mut labels = vec![0; count];
-    widest(
+    dispatch(
         #[inline(always)]
         || {
             for (labels, first) in labels.chunks_mut(LANES).zip((0..).step_by(LANES)) {
@@ -228,7 +228,7 @@ pub fn pick_points(regions: &Regions, picks: Picks) -> Mask {
         let row = &regions.labels[y * width..][..width];
         // The last row is its own lower neighbour: no boundary.
         let below = regions.labels.get((y + 1) * width..(y + 2) * width).unwrap_or(row);
-        widest(
+        dispatch(
             #[inline(always)]
             || {
                 let limit = |x: usize| {

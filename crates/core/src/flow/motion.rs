@@ -7,7 +7,7 @@ use super::small::Small;
 use super::starts;
 use crate::geom::Size;
 use crate::plane::Plane;
-use crate::vector::widest;
+use crate::simd::dispatch;
 
 /// Descents of a patch on one level; more than about six move it by less than a tenth of a pixel.
 const DESCENTS: usize = 6;
@@ -35,7 +35,7 @@ impl Motion {
         }
     }
 
-    /// The motion from `from` to `to` in the blocks that `changed` tells (by column and row of blocks,
+    /// The motion from `from` to `to` in the blocks that `changed` marks (by column and row of blocks,
     /// see [`blocks`]); all others rest. Pictures of different sizes are at rest.
     ///
     /// Each block, and each coarser one that holds such, looks for its like by inverse search on a pyramid, then
@@ -239,7 +239,7 @@ pub fn block_correlations(from: &Small, to: &Small, motion: &Motion) -> Vec<Opti
     let known = places(from).zip(&motion.vectors).map(|(place, vector)| {
         let window = Window::new(from.plane().size(), place);
         let vector = vector.map(|v| v / from.factor as f32);
-        widest(
+        dispatch(
             #[inline(always)]
             || correlation(window, from.plane(), to.plane(), vector),
         )
@@ -247,7 +247,7 @@ pub fn block_correlations(from: &Small, to: &Small, motion: &Motion) -> Vec<Opti
     known.collect()
 }
 
-/// That of one block, which `window` shows in `from` and, moved by `vector`, in `to`.
+/// That of one block, which `window` shows in `from` and, moved by `simd`, in `to`.
 #[inline(always)]
 fn correlation(
     window: Window,
@@ -269,7 +269,7 @@ fn correlation(
 /// Whether there are `least` blocks with texture.
 pub fn has_textured(small: &Small, least: usize) -> bool {
     let is_textured = |&place: &(usize, usize)| {
-        widest(
+        dispatch(
             #[inline(always)]
             || {
                 let window = Window::new(small.plane().size(), place);
@@ -284,7 +284,7 @@ pub fn has_textured(small: &Small, least: usize) -> bool {
 /// Below this variance, in squared levels, there is grain, not texture.
 const GRAIN: f32 = 4.0;
 
-/// Above this mean luma a block is burnt out, by a flash perhaps: what was there cannot be told any more.
+/// Above this mean luma a block is burnt out, by a flash perhaps: what was there cannot be recognised.
 const BURNT: f32 = 250.0;
 
 /// Where the blocks begin, row by row.

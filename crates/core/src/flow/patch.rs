@@ -3,7 +3,7 @@
 
 use crate::geom::Size;
 use crate::plane::Plane;
-use crate::vector::widest;
+use crate::simd::dispatch;
 
 /// Side of a patch in pixels (Kroeger et al., section 3).
 pub(super) const PATCH: usize = 8;
@@ -47,7 +47,7 @@ impl Window {
         self.width * self.height
     }
 
-    /// The pixels of `plane` that the window covers when it moves by `vector`, row by row. The border's
+    /// The pixels of `plane` that the window covers when it moves by `simd`, row by row. The border's
     /// pixels go on outside.
     #[inline(always)]
     pub(super) fn look(self, plane: &Plane<f32>, [u, v]: [f32; 2]) -> [f32; PIXELS] {
@@ -116,7 +116,7 @@ pub(super) struct Patch {
 impl Patch {
     /// The patch at `place` of `a`.
     pub(super) fn new(a: &Plane<f32>, place: (usize, usize)) -> Self {
-        widest(
+        dispatch(
             #[inline(always)]
             || Self::cut(a, place),
         )
@@ -138,7 +138,7 @@ impl Patch {
         Self { window, values, slopes, inverse }
     }
 
-    /// What each pixel misses in `b` when the patch moves by `vector`, the mean taken off; and the sum
+    /// What each pixel misses in `b` when the patch moves by `simd`, the mean taken off; and the sum
     /// of their squares.
     #[inline(always)]
     fn misses(&self, b: &Plane<f32>, vector: [f32; 2]) -> ([f32; PIXELS], f32) {
@@ -159,7 +159,7 @@ impl Patch {
     /// The vector that moves the patch to where `b` looks like it: the best of `tries`, the first of
     /// equally good ones, improved by at most `descents` steps.
     pub(super) fn search(&self, b: &Plane<f32>, tries: &[[f32; 2]], descents: usize) -> Found {
-        widest(
+        dispatch(
             #[inline(always)]
             || self.descend(b, tries, descents),
         )

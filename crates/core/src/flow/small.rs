@@ -7,7 +7,7 @@ use crate::colour::Planes;
 use crate::frame::Frame;
 use crate::geom::Size;
 use crate::plane::Plane;
-use crate::vector::widest;
+use crate::simd::dispatch;
 
 /// The longer side of a small picture is at most this; a whole number of pixels becomes one.
 const SMALL_SIDE: u32 = 480;
@@ -96,7 +96,7 @@ fn small_rows<'a>(
         || vec![0u16; used],
         |sums, (y, out)| {
             let first = y as u32 * factor;
-            widest(
+            dispatch(
                 #[inline(always)]
                 || {
                     sums.fill(0);

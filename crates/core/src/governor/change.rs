@@ -1,4 +1,4 @@
-//! What the governor changed, as it is told to the user and in reports.
+//! What the governor changed, for the user and for reports.
 
 /// A change of detail, and why.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +30,7 @@ impl std::fmt::Display for Change {
     }
 }
 
-/// A change of `what` where a frame was expected to take so many seconds of the budget's.
+/// A change of `what` where a frame was expected to take this many seconds of the budget.
 pub(super) fn change(what: &'static str, from: f64, to: f64, expected: f64, budget: f64) -> Change {
     // Microseconds are plenty for a reader.
     let ms = |seconds: f64| (seconds * 1e6).round() / 1e3;

@@ -1,14 +1,14 @@
 //! How much detail a frame can have within a time budget: times in, what the next frame may cost out.
 //!
 //! Pure arithmetic: nothing here reads a clock. Each of the three governed threads (level one; the mesh:
-//! sample, triangulate, refine; the rasteriser) asks before it takes up a frame, and tells afterwards
+//! sample, triangulate, refine; the rasteriser) asks before it starts a frame, and reports afterwards
 //! how long it took: so whatever waits in the channels is still given what the newest times allow.
 //!
 //! The ladder, from the top down:
 //! 1. refinement, from more steps than were asked for down to an eighth of one. A part of a step is for
-//!    that share of the vertices, so that some refinement nearly always fits, and every frame tells what
+//!    that share of the vertices, so that some refinement nearly always fits, and every frame shows what
 //!    the next may have;
-//! 2. work that nobody sees: means of every second, then every fourth row; a fresh mesh's feature map at
+//! 2. work without visible effect: means of every second, then every fourth row; a fresh mesh's feature map at
 //!    half the size; every second frame's motion not looked for;
 //! 3. seeds, from 100 to 25 per cent, while not even an eighth of a step fits, or painting does not;
 //! 4. the last eighth; then as many seeds as fit, since without steps few of them are worse than many.
@@ -38,7 +38,7 @@ pub const LOW: f64 = 0.8;
 /// Frames for which more must have fitted before more is done.
 pub const PATIENCE: u32 = 8;
 
-/// The same for work that nobody sees, and for seeds, whose change costs a new triangulation.
+/// The same for work without visible effect, and for seeds, whose change costs a new triangulation.
 const LONG_PATIENCE: u32 = 24;
 const SEED_PATIENCE: u32 = 48;
 
@@ -97,7 +97,7 @@ pub struct Governor {
 struct MeshThread {
     /// Time of a step with all seeds, of frames whose mesh lives on.
     pace: Pace,
-    /// What a fresh mesh takes beside its steps, in steps; 0 before there was one.
+    /// What a fresh mesh takes in addition to its steps, in steps; 0 before there was one.
     fresh: f64,
     /// Eighths of a step; `None` before anything is known.
     eighths: Option<u32>,
@@ -105,7 +105,7 @@ struct MeshThread {
     /// Frames without any refinement.
     idle: u32,
     /// The next frame is the first after those: with all vertices awake, and the other threads ahead,
-    /// it takes longer than those after it, and tells nothing of them.
+    /// it takes longer than those after it, and says nothing about them.
     waking: bool,
 }
 
@@ -137,7 +137,7 @@ fn steps(eighths: u32) -> f64 {
     f64::from(Steps::from_eighths(eighths))
 }
 
-/// What a frame with so many eighths of a step costs, in steps with all seeds. What is done without any
+/// What a frame with this many eighths of a step costs, in steps with all seeds. What is done without any
 /// is next to nothing.
 fn work(seeds: u32, eighths: u32) -> f64 {
     let share = f64::from(seeds) / 100.0;
@@ -169,7 +169,7 @@ impl Governor {
     /// How well level one is to look at the next frame.
     pub fn look(&mut self) -> Look {
         let LookThread { watch, fresh, half, pausing, paused, patience } = &mut self.look;
-        // Of few frames one cannot tell how much they differ.
+        // A few frames do not show how much they differ.
         let expected = FEW_KNOWN * fresh.careful();
         if !*half && expected > HIGH * self.budget {
             *half = true;
@@ -226,24 +226,24 @@ impl Governor {
         (SEEDS[self.seeds], Steps::from_eighths(eighths))
     }
 
-    /// Takes note that the mesh's thread took `time` for a frame with so many refinement steps.
+    /// Takes note that the mesh's thread took `time` for a frame with this many refinement steps.
     pub fn meshed(&mut self, fresh: bool, steps: Steps, time: Duration) {
         let (seeds, mesh, seconds) = (SEEDS[self.seeds], &mut self.mesh, time.as_secs_f64());
         if !fresh {
-            // Without any steps there is nothing to prepare for them either: that tells nothing of them.
+            // Without any steps there is nothing to prepare for them either: that says nothing about them.
             if steps > Steps::default() && !std::mem::take(&mut mesh.waking) {
                 mesh.pace.learn(seconds / work(seeds, steps.eighths()));
             }
             return;
         }
         let steps = f64::from(steps);
-        let beside = if mesh.pace.is_known() {
+        let overhead = if mesh.pace.is_known() {
             (seconds / mesh.pace.mean() - FRESH_STEP * steps).max(0.0)
         } else {
             // As if a step took as long as all that is done before it.
             1.0
         };
-        mesh.fresh = if mesh.fresh > 0.0 { (mesh.fresh + beside) / 2.0 } else { beside };
+        mesh.fresh = if mesh.fresh > 0.0 { (mesh.fresh + overhead) / 2.0 } else { overhead };
     }
 
     /// Every how many rows colours are taken from in the next frame.
@@ -289,7 +289,7 @@ impl Governor {
         if before == 0 {
             mesh.idle += 1;
             if mesh.idle >= RETRY {
-                // What it took then says nothing of now; the frame after this one tells.
+                // That time says nothing about now; the frame after this one shows it.
                 (mesh.pace, mesh.waking) = (Pace::default(), true);
                 (eighths, self.starved) = (1, STARVED - BADLY);
             }
@@ -311,7 +311,7 @@ impl Governor {
         eighths
     }
 
-    /// Eighths of a step for a mesh that begins anew: as many as fit beside what else it takes, the rest
+    /// Eighths of a step for a fresh mesh: as many as fit in addition to its other work, the rest
     /// is made up for in the frames after it.
     fn fresh_steps(&self, most: u32) -> u32 {
         let mesh = &self.mesh;

@@ -32,7 +32,7 @@ impl Pace {
             return;
         }
         let off = time - self.mean;
-        // One time far out tells no more than that it was long.
+        // An outlier counts only as a long time.
         let distance = off.abs().min(self.mean);
         self.deviation += (distance - self.deviation) * SPREAD;
         self.mean += off.min(self.mean) * if off > 0.0 { RISE } else { FALL };

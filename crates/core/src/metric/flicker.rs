@@ -9,7 +9,7 @@ use crate::geom::Size;
 
 /// FDB, the difference of frame differences: the mean over pixel, channel (R, G, B) and pair of
 /// successive frames of |(`O_t` - `O_t-1`) - (`I_t` - `I_t-1`)|, 0..510, with I the source and O the
-/// rendering. Fed frame by frame; keeps one frame's worth of memory.
+/// rendering. Fed frame by frame; keeps the memory of one frame.
 #[derive(Clone, Debug, Default)]
 pub struct Flicker {
     last: Option<(Size, Vec<[i16; 3]>)>,

@@ -1,4 +1,4 @@
-//! What tells dense cells of the grid from sparse ones, and dear ones from cheap ones.
+//! Thresholds that divide the cells of the grid into classes, by density and by value.
 
 use crate::error::{Error, Result};
 

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 
-/// What a frame may cost. It is chosen before the work and decides, beside the options, the bytes: the
+/// What a frame may cost. It is chosen before the work and decides, together with the options, the bytes: the
 /// same details give the same frames again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(

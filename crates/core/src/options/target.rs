@@ -26,7 +26,7 @@ impl Target {
     }
 
     /// The same measure with another value, as a message puts it.
-    pub fn told(self, value: f64) -> String {
+    pub fn describe(self, value: f64) -> String {
         match self {
             Target::Psnr(_) => format!("PSNR {value:.2} dB"),
             Target::Ssim(_) => format!("SSIM {value:.4}"),

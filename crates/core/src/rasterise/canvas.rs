@@ -3,8 +3,8 @@
 use crate::parallel::prelude::*;
 
 use super::Painting;
-use super::planar::{self, Easels};
-use super::soften::Softener;
+use super::antialias::AntialiasFilter;
+use super::planar::{self, PlaneScratches};
 use super::style::Style;
 use crate::colour::{Form, Planes};
 use crate::frame::{Buffers, Fill, Frame, Rgba};
@@ -18,8 +18,8 @@ use crate::scan::runs::{BAND, Bands};
 pub(super) struct Canvas<'a> {
     pub(super) buffers: &'a mut Buffers,
     pub(super) bands: &'a mut Bands,
-    pub(super) easels: &'a mut Easels,
-    pub(super) softener: &'a mut Softener,
+    pub(super) scratches: &'a mut PlaneScratches,
+    pub(super) filter: &'a mut AntialiasFilter,
     /// Pixels unless it is opaque and without outlines.
     pub(super) form: Option<Form>,
 }
@@ -59,12 +59,12 @@ impl Canvas<'_> {
                 painted => {
                     self.recycle(painted);
                     let buffers = std::mem::take(&mut self.buffers.planes);
-                    planar::paint(mesh, &fills, form, (self.bands, self.easels), buffers)
+                    planar::paint(mesh, &fills, form, (self.bands, self.scratches), buffers)
                 }
             };
             if smooth {
                 // Samples of chroma are means over several pixels as they are.
-                self.softener.plane(planes.split_mut()[0], width);
+                self.filter.plane(planes.split_mut()[0], width);
             }
             let buffers = std::mem::take(&mut self.buffers.pixels);
             let frame =
@@ -82,7 +82,7 @@ impl Canvas<'_> {
             }
         };
         if smooth {
-            self.softener.pixels(&mut pixels, width, opaque);
+            self.filter.pixels(&mut pixels, width, opaque);
         }
         fills.extend(style.draw(&mut pixels, mesh, &colours));
         let opaque = fills.iter().all(|fill| fill.colour[3] == 255);
@@ -102,7 +102,7 @@ impl Canvas<'_> {
         if let Some(source) = frame.planes() {
             let buffers = std::mem::take(&mut self.buffers.planes);
             let planes =
-                planar::paint(mesh, fills, source.form, (self.bands, self.easels), buffers);
+                planar::paint(mesh, fills, source.form, (self.bands, self.scratches), buffers);
             let (offsets, writer) = request.planes(source.data.len());
             writer.write_all(offsets, &planes.data, &source.data);
             let residual = request.finish(mesh.size, Some(source.form));

@@ -28,9 +28,9 @@ impl Painter {
         let mut canvas = Canvas {
             buffers: &mut self.buffers,
             bands: &mut self.bands,
-            easels: &mut self.easels,
+            scratches: &mut self.scratches,
             form: self.form.filter(|form| form.layout.size == mesh.size),
-            softener: &mut self.softener,
+            filter: &mut self.filter,
         };
         canvas.paint(mesh, fills, &self.style, None, |_| ())
     }

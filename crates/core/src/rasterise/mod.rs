@@ -1,11 +1,11 @@
 //! Mean colours of the triangles, and the picture that they make.
 
+mod antialias;
 mod canvas;
 pub mod colours;
-mod desks;
 mod known;
+mod per_thread;
 mod planar;
-mod soften;
 mod sparse;
 mod style;
 mod tally;
@@ -19,11 +19,11 @@ use crate::mesh::Mesh;
 use crate::options::{Edges, Options};
 use crate::residual::{Residual, ResidualRequest};
 use crate::scan::runs::Bands;
-use crate::vector::widest;
+use crate::simd::dispatch;
+use antialias::AntialiasFilter;
 use canvas::Canvas;
 use colours::Colours;
-use planar::Easels;
-use soften::Softener;
+use planar::PlaneScratches;
 use sparse::sparse_means;
 use style::Style;
 use tally::Tally;
@@ -64,8 +64,8 @@ pub struct Painter {
     /// Of pictures that are no longer needed.
     buffers: Buffers,
     bands: Bands,
-    easels: Easels,
-    softener: Softener,
+    scratches: PlaneScratches,
+    filter: AntialiasFilter,
 }
 
 impl Painter {
@@ -79,8 +79,8 @@ impl Painter {
             form: None,
             buffers: Buffers::default(),
             bands: Bands::default(),
-            easels: Easels::default(),
-            softener: Softener::default(),
+            scratches: PlaneScratches::default(),
+            filter: AntialiasFilter::default(),
         }
     }
 
@@ -137,9 +137,9 @@ impl Painter {
         let mut canvas = Canvas {
             buffers: &mut self.buffers,
             bands: &mut self.bands,
-            easels: &mut self.easels,
+            scratches: &mut self.scratches,
             form: self.form.filter(|form| form.layout.size == mesh.size),
-            softener: &mut self.softener,
+            filter: &mut self.filter,
         };
         let request = hints.residual.filter(|_| frame.is_opaque()).map(|request| (request, frame));
         canvas.paint(mesh, fills, &self.style, request, send)
@@ -155,8 +155,8 @@ impl Painter {
 /// figure that is cut out has no haze around it. Mesh and frame must have one size.
 pub fn rasterise(mesh: &Mesh, frame: &Frame, edges: Edges, outline: Option<Rgba>) -> Painting {
     let (buffers, bands) = (&mut Buffers::default(), &mut Bands::default());
-    let (easels, softener) = (&mut Easels::default(), &mut Softener::default());
-    let mut canvas = Canvas { buffers, bands, easels, softener, form: None };
+    let (scratches, filter) = (&mut PlaneScratches::default(), &mut AntialiasFilter::default());
+    let mut canvas = Canvas { buffers, bands, scratches, filter, form: None };
     canvas.paint(mesh, means(mesh, frame), &Style::plain(edges, outline), None, |_| ())
 }
 
@@ -177,7 +177,7 @@ pub fn means(mesh: &Mesh, frame: &Frame) -> Vec<Fill> {
 fn each_triangle(mesh: &Mesh, find: impl Fn([Point; 3]) -> Fill + Sync) -> Vec<Fill> {
     let mut fills = vec![Fill { colour: [0; 4], area: 0 }; mesh.triangles.len()];
     fills.par_chunks_mut(PACK).enumerate().for_each(|(pack, fills)| {
-        widest(
+        dispatch(
             #[inline(always)]
             || {
                 for (i, fill) in fills.iter_mut().enumerate() {

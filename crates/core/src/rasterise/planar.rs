@@ -4,7 +4,7 @@
 
 use crate::parallel::prelude::*;
 
-use super::desks::Desks;
+use super::per_thread::PerThread;
 use super::sparse::has_enough;
 use super::{centroid, each_triangle};
 use crate::colour::{Form, FromYuv, Layout, Planes, Siting, ToYuv};
@@ -14,7 +14,7 @@ use crate::mesh::Mesh;
 use crate::scan::bytes::{ByteSums, MOST_ROWS};
 use crate::scan::runs::{BAND, Bands};
 use crate::scan::{rows, spans};
-use crate::vector::widest;
+use crate::simd::dispatch;
 
 /// As [`super::means`], of a frame's `planes`. A sample of chroma counts for the triangle that holds the
 /// upper and for the one that holds the lower of the two pixels that it lies between; where there is none,
@@ -107,10 +107,10 @@ fn nearest_for_none(codes: &mut [(u64, u64); 3], planes: &Planes, triangle: [Poi
 }
 
 /// Memory to paint planes in.
-pub(super) type Easels = Desks<Easel>;
+pub(super) type PlaneScratches = PerThread<PlaneScratch>;
 
 #[derive(Debug, Default)]
-pub(super) struct Easel {
+pub(super) struct PlaneScratch {
     /// A band of pixels: luma, Cb, Cr and 255 each.
     pixels: Vec<Rgba>,
     /// Chroma of two of its rows, added up: Cb in the lower and Cr in the upper half of each number.
@@ -124,7 +124,7 @@ pub(super) fn paint(
     mesh: &Mesh,
     fills: &[Fill],
     form: Form,
-    (bands, easels): (&mut Bands, &mut Easels),
+    (bands, scratches): (&mut Bands, &mut PlaneScratches),
     mut data: Vec<u8>,
 ) -> Planes {
     let factors = ToYuv::new(form.coding);
@@ -133,7 +133,7 @@ pub(super) fn paint(
         (mesh.triangle(t), [y, u, v, 255])
     });
     bands.sort(mesh.size.height, painted);
-    let (bands, easels) = (&*bands, easels.prepare());
+    let (bands, scratches) = (&*bands, scratches.prepare());
     data.resize(form.layout.bytes(), 0);
     let mut planes = Planes { form, data };
     let width = form.layout.size.width as usize;
@@ -142,15 +142,15 @@ pub(super) fn paint(
     let chroma = u.par_chunks_mut(of_chroma).zip(v.par_chunks_mut(of_chroma));
     let parts = luma.par_chunks_mut(BAND as usize * width).zip(chroma).enumerate();
     parts.for_each(|(band, (luma, (u, v)))| {
-        let mut easel = easels.mine();
-        easel.pixels.resize(luma.len(), [0; 4]);
-        bands.fill(band, width, &mut easel.pixels);
-        easel.part(&form.layout, [luma, u, v]);
+        let mut scratch = scratches.local();
+        scratch.pixels.resize(luma.len(), [0; 4]);
+        bands.fill(band, width, &mut scratch.pixels);
+        scratch.part(&form.layout, [luma, u, v]);
     });
     planes
 }
 
-impl Easel {
+impl PlaneScratch {
     /// The planes of the band's pixels.
     fn part(&mut self, layout: &Layout, [luma, u, v]: [&mut [u8]; 3]) {
         let (width, chroma_width) = (layout.size.width as usize, layout.chroma().0);
@@ -158,7 +158,7 @@ impl Easel {
         let chroma = u.chunks_mut(chroma_width).zip(v.chunks_mut(chroma_width));
         let rows = self.pixels.chunks(two).zip(luma.chunks_mut(two)).zip(chroma);
         for ((pixels, luma), (u, v)) in rows {
-            widest(
+            dispatch(
                 #[inline(always)]
                 || {
                     for (luma, pixel) in luma.iter_mut().zip(pixels) {
@@ -305,7 +305,7 @@ mod tests {
                 let codes = |x: u32, y: u32| {
                     factors.codes(fills[owners[(y * size.width + x) as usize]].colour)
                 };
-                let memory = (&mut Bands::default(), &mut Easels::default());
+                let memory = (&mut Bands::default(), &mut PlaneScratches::default());
                 let planes = paint(&mesh, &fills, form, memory, vec![9; 7]);
                 for (x, y) in (0..size.height).flat_map(|y| (0..size.width).map(move |x| (x, y))) {
                     let found = planes.at(x, y);

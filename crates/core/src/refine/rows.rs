@@ -9,7 +9,7 @@ use crate::frame::Frame;
 use crate::geom::{Point, SUBPIXEL, Size};
 use crate::scan::lanes::LaneSquares;
 use crate::scan::{self, Crossing, first_centre};
-use crate::vector::widest;
+use crate::simd::dispatch;
 
 /// Running sums along every row of a frame.
 ///
@@ -189,7 +189,7 @@ impl RowSums {
     pub(super) fn squares_of(&self, target: &Target, triangle: [Point; 3]) -> f64 {
         let picture = target.picture();
         if picture.is_opaque() && picture.has_pixels() {
-            return widest(
+            return dispatch(
                 #[inline(always)]
                 || opaque_squares_of(picture, triangle),
             ) as f64;

@@ -41,7 +41,7 @@ fn equal_shares(held: [usize; BANDS], target: usize) -> [usize; BANDS] {
         if left == 0 || open == 0 {
             return shares;
         }
-        // One at the least: each round hands out something.
+        // At least one, so that each round hands out something.
         let each = (left / open).max(1);
         let mut left = left;
         for band in 0..BANDS {

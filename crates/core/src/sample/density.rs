@@ -97,7 +97,7 @@ impl Binned {
         (0..self.quotas.len()).map(|cell| self.kept(cell, scale)).sum()
     }
 
-    /// The largest scale at which at most `target` points are kept, as far as bisection can tell it.
+    /// The largest scale at which at most `target` points are kept, to the accuracy of the bisection.
     pub fn solve(&self, target: usize) -> f64 {
         let most = self.candidates.len();
         let (mut low, mut high) = (0.0, 1.0);
@@ -111,7 +111,7 @@ impl Binned {
         // Only those cells are counted again whose number is not settled by now.
         let mut open: Vec<usize> = (0..self.quotas.len()).collect();
         let mut settled = 0;
-        // 40 halvings tell apart scales that differ by 1e-12: one point at a time.
+        // 40 halvings separate scales that differ by 1e-12: one point at a time.
         for _ in 0..40 {
             open.retain(|&cell| {
                 let (least, most) = (self.kept(cell, low), self.kept(cell, high));

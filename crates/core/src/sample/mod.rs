@@ -71,7 +71,7 @@ pub struct Sampler {
     /// The numbers of the seeds that live on in a mesh whose seeds have become fewer or more.
     survivors: Option<Vec<u64>>,
     ids: Ids,
-    /// Whether the frame begins anew without a cut.
+    /// Whether the frame starts afresh without a cut.
     fades_in: bool,
 }
 
@@ -136,7 +136,7 @@ impl Sampler {
                 if before == self.seeds {
                     return Start::Mesh(mesh);
                 }
-                // The number that was asked for, where it follows from the grid, is told by the mesh.
+                // The number that was asked for, where it follows from the grid, is known from the mesh.
                 let now = match self.counted(size) {
                     Some(target) => target,
                     None => mesh.seeds().len() * self.seeds as usize / before.max(1) as usize,
@@ -190,7 +190,7 @@ impl Sampler {
             };
         }
         let stayed = seeds.iter().zip(&self.before).filter(|(now, then)| now == then).count();
-        // One that was re-placed to just where it was is not to be told from one that stayed.
+        // A seed that was re-placed to just where it was cannot be distinguished from one that stayed.
         let born = replaced.len().min(seeds.len() - stayed);
         Life { kept: stayed, moved: seeds.len() - stayed - born, born, died: born, cut: false }
     }

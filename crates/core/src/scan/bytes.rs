@@ -2,7 +2,7 @@
 
 use super::lanes::LANES;
 
-/// The first so many of [`LANES`] bytes.
+/// The first `n` of [`LANES`] bytes.
 const MASKS: [[u8; LANES]; LANES + 1] = {
     let mut masks = [[0; LANES]; LANES + 1];
     let mut count = 0;

@@ -47,7 +47,7 @@ pub(crate) struct LaneSums {
 /// Additions to a lane that stay below 2^16 in each half.
 pub(crate) const MOST_ADDED: u32 = 65535 / 255;
 
-/// The first so many of [`LANES`] pixels.
+/// The first `n` of [`LANES`] pixels.
 const MASKS: [[u32; LANES]; LANES + 1] = {
     let mut masks = [[0; LANES]; LANES + 1];
     let mut count = 0;
@@ -64,7 +64,7 @@ const MASKS: [[u32; LANES]; LANES + 1] = {
 
 #[expect(clippy::needless_range_loop, reason = "indices become vector code, iterators less so")]
 impl LaneSums {
-    /// Whether [`LaneSums::take`] has to come first: so many more `pixels` of a row may be too many.
+    /// Whether [`LaneSums::take`] has to come first: this many more `pixels` of a row may overflow the sums.
     #[inline(always)]
     pub(crate) fn is_full_with(&self, pixels: usize) -> bool {
         self.added as usize + pixels.div_ceil(LANES) > MOST_ADDED as usize

@@ -10,7 +10,7 @@ use crate::geom::{MAX_SIDE, SUBPIXEL};
 use crate::refine::sums::pack;
 use crate::refine::target::Target;
 use crate::scan::lanes::{LaneSquares, square};
-use crate::vector::widest;
+use crate::simd::dispatch;
 
 impl RowSums {
     /// Takes the sums of `target`, in the memory of the last one's; `thinly`, and where it is opaque, with what
@@ -94,7 +94,7 @@ fn sum_opaque(
 ) -> u64 {
     let [a, b, c, d] = rows;
     let (out, _) = out.as_chunks_mut::<TOGETHER>();
-    widest(
+    dispatch(
         #[inline(always)]
         || {
             let mut sums = [0u64; TOGETHER];
@@ -109,7 +109,7 @@ fn sum_opaque(
             out[a.len()] = sums;
             // Subsampled sums have those of every second row already.
             let step = if subsampled.is_some() { 2 } else { 1 };
-            // No map_or: see `widest`.
+            // No map_or: see `dispatch`.
             let subsampled = match subsampled {
                 Some(subsampled) => sum_squares(a, c, subsampled.as_chunks_mut::<2>().0),
                 None => [0; 2],
