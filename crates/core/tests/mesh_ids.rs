@@ -19,8 +19,7 @@ fn frame(t: u32) -> Frame {
 }
 
 fn renderer() -> Renderer {
-    let mut options = Options::default();
-    options.points = Points::Count(300);
+    let options = Options { points: Points::Count(300), ..Options::default() };
     Renderer::new(&options).expect("options in range")
 }
 
