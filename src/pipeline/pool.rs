@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 /// others. It waits for channels between frames only, never inside the pool's work.
 ///
 /// Level one, the mesh and the rasteriser have a pool each: in a common one a short piece of work waits for
-/// a long one of another stage. Measured with `cargo bench --bench pipeline`
+/// a long one of another stage. Measured with `cargo bench -p polyreel-bench --bench pipeline`
 /// on 720p video with one step of refinement: a quarter more frames a second, and half of the time in
 /// each stage.
 pub(super) struct Pool(rayon::ThreadPool);
