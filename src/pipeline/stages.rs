@@ -73,23 +73,30 @@ pub(super) fn spawn_stages<'s, 'e>(
         frames,
         meshes: mesh_tx,
     };
-    let (features_thread, featured) = spawn_stage(scope, threads, features, admitted)?;
-    let (mesh_thread, meshed) = spawn_stage(scope, threads, mesh, featured)?;
-    let (paint_thread, painted) = spawn_stage(scope, threads, paint, meshed)?;
-    Ok(Stages { threads: vec![features_thread, mesh_thread, paint_thread], painted })
+    let features = spawn_stage(scope, threads, features, admitted)?;
+    let mesh = spawn_stage(scope, threads, mesh, features.output)?;
+    let paint = spawn_stage(scope, threads, paint, mesh.output)?;
+    let threads = vec![features.thread, mesh.thread, paint.thread];
+    Ok(Stages { threads, painted: paint.output })
 }
 
-/// Starts the thread of `process`; returns it, and what comes out.
+/// A running stage, and what comes out of it.
+struct Running<'s, T> {
+    thread: ScopedJoinHandle<'s, ()>,
+    output: Receiver<Result<T>>,
+}
+
+/// Starts the thread of `process`.
 fn spawn_stage<'s, P: Process + 's>(
     scope: &'s Scope<'s, '_>,
     threads: Option<NonZeroUsize>,
     process: P,
     inbox: Receiver<Result<P::Input>>,
-) -> Result<(ScopedJoinHandle<'s, ()>, Receiver<Result<P::Output>>)> {
+) -> Result<Running<'s, P::Output>> {
     let (outbox, output) = bounded(CAPACITY);
     let worker = StageWorker::new(P::STAGE, outbox);
     let thread = spawn(scope, P::NAME, move || worker.run_in_pool(threads, inbox, process))?;
-    Ok((thread, output))
+    Ok(Running { thread, output })
 }
 
 /// Level one.
