@@ -6,7 +6,10 @@
 //!
 //! GIF cannot make a pixel transparent again by drawing. Only the frame before can: by asking that
 //! its rectangle be cleared after it. So a frame is written when the next one is known.
+//!
+//! Viewers show at most fifty frames a second: of more, some are left out, so that the length stays.
 
+mod clock;
 mod draw;
 
 use std::borrow::Cow;
@@ -22,10 +25,11 @@ use super::place::Place;
 use super::still::nothing;
 use super::{Needs, Origin, Picture, Sink, SinkOptions};
 use crate::error::{Error, Result};
-use crate::frame::{Buffers, Frame, Rational, Rgba};
+use crate::frame::{Buffers, Frame, Rgba};
 use crate::geom::Size;
 use crate::options::Edges;
 use crate::stream::{Loops, Span, StreamInfo};
+use clock::Clock;
 use draw::draw_row;
 
 /// Pixels with less alpha are transparent.
@@ -45,6 +49,7 @@ pub(crate) struct Gif {
     size: Size,
     out: Option<Out>,
     waiting: Option<Waiting>,
+    warnings: Vec<String>,
 }
 
 /// The encoder, which exists from the first frame on, and its palette.
@@ -72,13 +77,14 @@ impl Gif {
             place: Place::reserve(output, options)?,
             loops: if info.still { Loops::Once } else { options.loops.unwrap_or(info.loops) },
             still: info.still,
-            clock: Clock::default(),
+            clock: Clock::new(info.format == "gif"),
             palette: None,
             canvas: Vec::new(),
             indices: Vec::new(),
             size: info.size,
             out: None,
             waiting: None,
+            warnings: clock::too_fast(info).into_iter().collect(),
         })
     }
 
@@ -202,6 +208,9 @@ impl Sink for Gif {
             let what = format!("a frame of {} cannot go into a GIF of {}", frame.size(), self.size);
             return Err(Error::output(self.place.named(), what));
         }
+        if self.waiting.as_mut().is_some_and(|waiting| self.clock.merge(&mut waiting.span, span)) {
+            return Ok(frame.into_buffers());
+        }
         let gone = self.vanished(&frame);
         self.flush(Some(span), gone).map_err(|e| self.failed(e))?;
         let colours = distinct(&fills, THRESHOLD);
@@ -209,6 +218,10 @@ impl Sink for Gif {
         self.waiting = Some(self.draw(&frame, &palette, &lookup, span));
         self.palette = Some(palette);
         Ok(frame.into_buffers())
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     fn finish(mut self: Box<Self>) -> Result<()> {
@@ -277,87 +290,10 @@ impl Area {
     }
 }
 
-/// Turns lengths into whole hundredths of a second, carrying what is lost to the next frame.
-#[derive(Debug)]
-struct Clock {
-    /// Where the next frame should start and where it does, in hundredths.
-    due: Rational,
-    written: i64,
-    last: Rational,
-}
-
-impl Default for Clock {
-    fn default() -> Self {
-        // A tenth is what browsers make of a frame without a length.
-        Self { due: Rational::ZERO, written: 0, last: Rational::new(10, 1) }
-    }
-}
-
-/// The shortest delay that browsers keep; they show shorter ones for ten hundredths.
-const SHORTEST: i64 = 2;
-
-impl Clock {
-    /// The delay of a frame. Whole hundredths stay what they are, 0 and 1 included, since they were
-    /// somebody's choice; lengths that must be rounded do not fall below [`SHORTEST`].
-    fn delay(&mut self, span: Span, next: Option<Span>) -> u16 {
-        let length = span.length.or_else(|| next.map(|n| n.start - span.start));
-        let length = length.map_or(self.last, |l| (l * Rational::new(100, 1)).max(Rational::ZERO));
-        self.last = length;
-        self.due = self.due + length;
-        let delay = if length.den == 1 {
-            length.num
-        } else {
-            let due = (2 * self.due.num + self.due.den).div_euclid(2 * self.due.den);
-            (due - self.written).max(SHORTEST)
-        };
-        let delay = delay.min(u16::MAX.into());
-        self.written += delay;
-        delay as u16
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn delays(lengths: &[Rational]) -> Vec<u16> {
-        let mut clock = Clock::default();
-        let mut start = Rational::ZERO;
-        lengths
-            .iter()
-            .map(|&length| {
-                let span = Span { start, length: Some(length) };
-                start = start + length;
-                clock.delay(span, None)
-            })
-            .collect()
-    }
-
-    #[test]
-    fn whole_hundredths_come_out_exactly() {
-        let lengths = [0, 1, 2, 7, 500, 0].map(|d| Rational::new(d, 100));
-        assert_eq!(delays(&lengths), [0, 1, 2, 7, 500, 0]);
-    }
-
-    #[test]
-    fn rounding_is_carried_so_that_the_total_is_right() {
-        assert_eq!(delays(&[Rational::new(1, 30); 6]), [3, 4, 3, 3, 4, 3]);
-        let ntsc = delays(&vec![Rational::new(1001, 24000); 2400]);
-        assert_eq!(ntsc.iter().map(|&d| u32::from(d)).sum::<u32>(), 10010);
-    }
-
-    #[test]
-    fn rates_that_browsers_slow_down_are_kept_at_fifty() {
-        assert_eq!(delays(&[Rational::new(1, 60); 4]), [2, 2, 2, 2]);
-    }
-
-    #[test]
-    fn frames_without_length_last_until_the_next_one() {
-        let mut clock = Clock::default();
-        let span = |s| Span { start: Rational::new(s, 100), length: None };
-        assert_eq!(clock.delay(span(0), Some(span(12))), 12);
-        assert_eq!(clock.delay(span(12), None), 12, "the last one as long as the one before");
-    }
+    use crate::frame::Rational;
 
     #[test]
     fn the_memory_of_a_picture_is_given_back() {

@@ -271,12 +271,12 @@ const STILLS: &str = ".png, .jpg, .webp, .bmp, .tiff, .svg";
 fn one_picture_for_many(path: &Path, info: &StreamInfo) -> Error {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let extension = path.extension().unwrap_or_default().to_string_lossy();
-    let beside = |name: String| path.with_file_name(name).display().to_string();
+    let sibling = |name: String| path.with_file_name(name).display().to_string();
     let frames = info.frames.map_or("several".into(), |n| n.to_string());
     Error::usage(format!(
         "{} is one picture, but the input has {frames} frames: write {}, or {}",
         path.display(),
-        beside(format!("{stem}_%04d.{extension}")),
-        beside(format!("{stem}.gif")),
+        sibling(format!("{stem}_%04d.{extension}")),
+        sibling(format!("{stem}.gif")),
     ))
 }

@@ -1,22 +1,22 @@
-//! Animated PNG and WebP, composed by the `image` crate. What is known before decoding is read from
-//! their chunks: [`super::apng`], [`super::webp`].
+//! Animated PNG and WebP: what is common to both. Their chunks are read and their frames composed in
+//! [`super::apng`] and [`super::webp`].
 
-use std::fs::File;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use image::codecs::{png::PngDecoder, webp::WebPDecoder};
-use image::{AnimationDecoder, Frames, ImageDecoder, ImageResult};
+use image::ImageResult;
 
-use super::still::{broken, check_picture, cut_short, limits, title};
-use super::{Decoded, Input, Source};
+use super::apng::Apng;
+use super::limit::Limit;
+use super::still::{broken, check_picture, cut_short, title};
+use super::webp::WebP;
+use super::{Decoded, Input, Source, SourceOptions, fence};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, Rational};
+use crate::frame::{Frame, Rational, Rgba};
 use crate::geom::Size;
 use crate::stream::{Loops, Span, StreamInfo};
 
-/// What the chunks of an animation tell.
+/// What the chunks of an animation say.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Facts {
     pub(crate) size: Size,
@@ -68,71 +68,95 @@ impl Format {
     }
 }
 
-/// Opens an animation whose chunks told `facts`.
+/// Bytes of a pixel that an animation takes: the canvas, what a frame covers, the frame as it is decoded and as
+/// it is handed on.
+const PIXEL: u64 = 16;
+
+/// Opens an animation whose chunks say `facts`.
 ///
 /// # Errors
 /// When its frames are too large.
-pub(crate) fn open(path: PathBuf, format: Format, facts: Facts) -> Result<Input> {
+pub(crate) fn open(
+    path: PathBuf,
+    format: Format,
+    facts: Facts,
+    options: &SourceOptions,
+) -> Result<Input> {
     check_picture(&path, facts.size)?;
+    let limit = Limit::of(options);
+    limit.check(&path, facts.size, PIXEL)?;
     let Facts { size, alpha, loops, lengths, complete } = facts;
+    // A default image that is not part of the animation leaves one frame: a picture.
+    let still = format == Format::Apng && lengths.frames == 1 && complete;
     let info = StreamInfo {
         format: format.word().into(),
         size,
         frames: Some(lengths.frames),
-        rate: lengths.each.and_then(Rational::recip),
-        duration: Some(lengths.total),
+        rate: lengths.each.and_then(Rational::recip).filter(|_| !still),
+        duration: Some(lengths.total).filter(|_| !still),
         alpha,
-        still: false,
-        loops,
+        still,
+        loops: if still { Loops::Once } else { loops },
         audio: None,
         live: false,
         colour: None,
     };
     Ok(Input::new(Arc::from([path.clone()]), info, move || {
-        let frames =
-            frames(&path, format).map_err(|e| Error::input(&path, broken(&e, format.word())))?;
+        let frames = Frames::open(&path, format, size, lengths.frames, limit)?;
         let path = path.clone();
-        Ok(Box::new(Animation { frames, path, format, time: Rational::ZERO, number: 0, complete }))
+        let time = Rational::ZERO;
+        Ok(Box::new(Animation { frames, path, format, size, time, number: 0, complete, still }))
     }))
 }
 
-fn frames(path: &Path, format: Format) -> ImageResult<Frames<'static>> {
-    let file: BufReader<File> = BufReader::new(File::open(path)?);
-    Ok(match format {
-        Format::Apng => PngDecoder::with_limits(file, limits())?.apng()?.into_frames(),
-        Format::WebP => {
-            let mut decoder = WebPDecoder::new(file)?;
-            decoder.set_limits(limits())?;
-            // Browsers leave out the background colour that the file asks for.
-            decoder.set_background_color(image::Rgba([0; 4]))?;
-            decoder.into_frames()
+enum Frames {
+    Apng(Apng),
+    WebP(WebP),
+}
+
+impl Frames {
+    fn open(path: &Path, format: Format, size: Size, frames: u64, limit: Limit) -> Result<Self> {
+        let opened = fence::run(format.word(), || match format {
+            Format::Apng => Apng::open(path, size, frames).map(Self::Apng),
+            Format::WebP => WebP::open(path, size, limit).map(Self::WebP),
+        });
+        opened.map_err(|what| Error::input(path, what))?
+    }
+
+    fn next(&mut self) -> ImageResult<Option<(Vec<Rgba>, Rational)>> {
+        match self {
+            Self::Apng(frames) => frames.next(),
+            Self::WebP(frames) => frames.next(),
         }
-    })
+    }
 }
 
 struct Animation {
-    frames: Frames<'static>,
+    frames: Frames,
     path: PathBuf,
     format: Format,
+    size: Size,
     time: Rational,
     number: u64,
     complete: bool,
+    still: bool,
 }
 
 impl Source for Animation {
     fn next(&mut self) -> Result<Option<Decoded>> {
-        let what = match self.frames.next() {
-            Some(Ok(frame)) => {
-                let (num, den) = frame.delay().numer_denom_ms();
-                let length = Rational::new(num.into(), i64::from(den.max(1)) * 1000);
+        let next = fence::run(self.format.word(), || self.frames.next());
+        let what = match next {
+            Ok(Ok(Some((pixels, length)))) => {
                 let start = self.time;
                 self.time = start + length;
                 self.number += 1;
-                let frame = Frame::from_image(frame.into_buffer())?;
-                return Ok(Some(Decoded::new(frame, Span { start, length: Some(length) })));
+                let length = Some(length).filter(|_| !self.still);
+                let frame = Frame::new(self.size, pixels)?;
+                return Ok(Some(Decoded::new(frame, Span { start, length })));
             }
-            Some(Err(e)) if self.complete => broken(&e, self.format.word()),
-            None if self.complete => return Ok(None),
+            Ok(Ok(None)) if self.complete => return Ok(None),
+            Ok(Err(e)) if self.complete => broken(&e, self.format.word()),
+            Err(what) => what,
             _ => cut_short(&title(self.format.word()), "frames are missing"),
         };
         Err(Error::input_frame(&self.path, self.number, what))

@@ -1,16 +1,23 @@
-//! What the chunks of a PNG tell of its animation (PNG specification, third edition, 11.3.6).
+//! Animated PNG (PNG specification, third edition, 11.3.6): what its chunks say, and its frames, composed.
 
 use std::io::{BufReader, ErrorKind, Read};
 use std::path::Path;
 
+use image::{ImageResult, Pixel};
+use png::{BlendOp, DisposeOp};
+
 use super::animation::{Facts, Lengths};
+use super::canvas::{Area, Canvas, Disposal};
 use super::detect;
+use super::png::{self as decoder, Png, Rows};
+use super::profile::ToSrgb;
 use crate::error::{Error, Result};
-use crate::frame::Rational;
+use crate::frame::{Rational, Rgba};
 use crate::geom::Size;
 use crate::stream::Loops;
 
-/// Reads the chunks of the PNG in `path`; `None` if it is no animation, or one of a single frame.
+/// Reads the chunks of the PNG in `path`; `None` if it is no animation, or if its one frame is
+/// the default image. A default image that is not part of the animation is for readers that know none.
 ///
 /// # Errors
 /// When it cannot be read.
@@ -31,6 +38,7 @@ fn chunks(file: &mut BufReader<std::fs::File>) -> std::io::Result<Option<Facts>>
         complete: false,
     };
     let mut claimed = None;
+    let mut hidden = false;
     file.seek_relative(8)?;
     while let Some((length, kind)) = header(file)? {
         let mut head = [0; 26];
@@ -45,6 +53,7 @@ fn chunks(file: &mut BufReader<std::fs::File>) -> std::io::Result<Option<Facts>>
             }
             // Only an animation is read to its end.
             b"IDAT" if claimed.is_none() => return Ok(None),
+            b"IDAT" => hidden |= facts.lengths.frames == 0,
             b"tRNS" => facts.alpha = true,
             b"IEND" => {
                 facts.complete = facts.lengths.frames == claimed.unwrap_or(0);
@@ -71,7 +80,7 @@ fn chunks(file: &mut BufReader<std::fs::File>) -> std::io::Result<Option<Facts>>
         // And the checksum. Beyond the end this succeeds; the next header then is not there.
         file.seek_relative(i64::from(length) - used as i64 + 4)?;
     }
-    Ok(claimed.filter(|&frames| frames > 1).map(|_| facts))
+    Ok(claimed.filter(|&frames| frames > 1 || frames == 1 && hidden).map(|_| facts))
 }
 
 fn delay(control: &[u8; 26]) -> Rational {
@@ -100,5 +109,78 @@ pub(super) fn fill(file: &mut impl Read, bytes: &mut [u8]) -> std::io::Result<bo
         Ok(()) => Ok(true),
         Err(e) if e.kind() == ErrorKind::UnexpectedEof => Ok(false),
         Err(e) => Err(e),
+    }
+}
+
+/// The frames of an APNG, composed one after the other.
+pub(super) struct Apng {
+    png: Png,
+    rows: Rows,
+    canvas: Canvas,
+    size: Size,
+    frames: u64,
+    to_srgb: Option<ToSrgb>,
+}
+
+impl Apng {
+    /// The frames of the APNG in `path`, of which there are `frames`.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is broken.
+    pub(super) fn open(path: &Path, size: Size, frames: u64) -> Result<Self> {
+        let png = decoder::open(path, frames)?;
+        if decoder::size(&png) != size {
+            return Err(Error::input(path, "has changed since it was looked at; start again"));
+        }
+        let gray = !decoder::is_colour(&png);
+        let to_srgb = decoder::colour_space(&png).and_then(|space| ToSrgb::new(&space, gray));
+        Ok(Self { png, rows: Rows::default(), canvas: Canvas::new(size), size, frames, to_srgb })
+    }
+
+    /// The next frame, and how long it is shown; `None` after the last one.
+    pub(super) fn next(&mut self) -> ImageResult<Option<(Vec<Rgba>, Rational)>> {
+        if self.frames == 0 {
+            return Ok(None);
+        }
+        self.frames -= 1;
+        if self.png.info().frame_control.is_none() {
+            self.rows.read(&mut self.png)?;
+        }
+        self.rows.read(&mut self.png)?;
+        let Some(frame) = self.png.info().frame_control else { return Ok(None) };
+        let size = Size::new(frame.width, frame.height);
+        let area = Area::at(frame.x_offset, frame.y_offset, size).clipped(self.size);
+        // The first frame has nothing before it to go back to, but the canvas is clear then, too.
+        let disposal = match frame.dispose_op {
+            DisposeOp::None => Disposal::Keep,
+            DisposeOp::Background => Disposal::Background,
+            DisposeOp::Previous => Disposal::Previous,
+        };
+        self.canvas.begin(area, disposal);
+        let drawn = self.rows.pixels(&self.png, size);
+        match frame.blend_op {
+            BlendOp::Source => self.canvas.draw(area, &drawn, |new, _| new),
+            BlendOp::Over => self.canvas.draw(area, &drawn, over),
+        }
+        let mut pixels = self.canvas.pixels().to_vec();
+        if let Some(to_srgb) = &self.to_srgb {
+            to_srgb.apply(&mut pixels);
+        }
+        // A denominator of 0 stands for 100.
+        let den = if frame.delay_den == 0 { 100 } else { frame.delay_den };
+        Ok(Some((pixels, Rational::new(frame.delay_num.into(), den.into()))))
+    }
+}
+
+/// `new` laid over `old` (PNG specification, 13.16).
+fn over(new: Rgba, old: Rgba) -> Rgba {
+    match (new[3], old[3]) {
+        (255, _) => new,
+        (0, _) => old,
+        _ => {
+            let mut below = image::Rgba(old);
+            below.blend(&image::Rgba(new));
+            below.0
+        }
     }
 }

@@ -23,7 +23,7 @@ pub(crate) enum Kind {
     Stream,
 }
 
-/// Bytes that tell every kind apart.
+/// Bytes that distinguish all kinds.
 const MAGIC: usize = 16;
 
 /// Extensions of the pictures that can be read; a folder's files with one of these are meant to be
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn kinds_are_told_by_content() {
+    fn kinds_are_recognised_by_content() {
         for (bytes, expected) in [
             (b"\x89PNG\r\n\x1a\n".as_slice(), Kind::Picture(ImageFormat::Png)),
             (b"\xff\xd8\xff\xe0", Kind::Picture(ImageFormat::Jpeg)),

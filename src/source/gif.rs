@@ -7,23 +7,38 @@
 use std::fs::File;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use std::sync::Arc;
 
-use gif::{DecodeOptions, Decoder, DecodingError, DisposalMethod, MemoryLimit, Repeat};
+use gif::{DecodeOptions, DecodingError, DisposalMethod, MemoryLimit};
 
+use super::canvas::{Area, Canvas, Disposal};
+use super::gif_blocks::{Blocks, Seen};
+use super::limit::Limit;
 use super::still::{check_picture, cut_short};
-use super::{Decoded, Input, Source, SourceOptions, detect};
+use super::{Decoded, Input, Source, SourceOptions, detect, fence};
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Rational, Rgba};
 use crate::geom::{MAX_SIDE, Size};
 use crate::stream::{Loops, Span, StreamInfo};
+
+type Decoder = gif::Decoder<Blocks<File>>;
+
+/// Bytes of a pixel that a GIF takes: the canvas, what a frame covers, its indices, and the frame that is
+/// handed on.
+const PIXEL: u64 = 13;
 
 /// Opens the GIF in `path`. All of its frames are counted, without decoding them.
 ///
 /// # Errors
 /// When it holds no picture, or one that is too large.
 pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
-    let facts = scan(&path)?;
+    fence::run("gif", || opened(&path, options)).map_err(|what| Error::input(&path, what))?
+}
+
+fn opened(path: &Path, options: &SourceOptions) -> Result<Input> {
+    let limit = Limit::of(options);
+    let facts = scan(path, limit)?;
     let still = facts.frames_begun == 1;
     if facts.frames == 0 && !options.allow_truncated {
         return Err(Error::input(path, broken(&DecodingError::UnexpectedEof)));
@@ -33,7 +48,7 @@ pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
         Alpha::Yes => true,
         Alpha::No => false,
         Alpha::IfDrawn => {
-            let first = Gif::new(path.clone(), facts.size, still, true)?.next()?;
+            let first = Gif::new(path.to_owned(), facts.size, still, true, limit)?.next()?;
             first.is_some_and(|d| !d.frame.is_opaque())
         }
     };
@@ -52,12 +67,13 @@ pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
         colour: None,
     };
     let allow_truncated = options.allow_truncated;
+    let path = path.to_owned();
     Ok(Input::new(Arc::from([path.clone()]), info, move || {
-        Ok(Box::new(Gif::new(path.clone(), facts.size, still, allow_truncated)?))
+        Ok(Box::new(Gif::new(path.clone(), facts.size, still, allow_truncated, limit)?))
     }))
 }
 
-/// What the block structure tells.
+/// What the block structure says.
 struct Facts {
     size: Size,
     /// Frames that are all there, and those whose header is.
@@ -79,16 +95,18 @@ enum Alpha {
     Yes,
 }
 
-fn decoder(path: &Path, skip: bool) -> Result<Decoder<File>> {
+fn decoder(path: &Path, skip: bool) -> Result<(Decoder, Rc<Seen>)> {
     let mut options = DecodeOptions::new();
     options.skip_frame_decoding(skip);
     // Sizes are checked before memory is taken for them.
     options.set_memory_limit(MemoryLimit::Unlimited);
-    options.read_info(detect::open(path)?).map_err(|e| Error::input(path, broken(&e)))
+    let (blocks, seen) = Blocks::new(detect::open(path)?);
+    let decoder = options.read_info(blocks).map_err(|e| Error::input(path, broken(&e)))?;
+    Ok((decoder, seen))
 }
 
-fn scan(path: &Path) -> Result<Facts> {
-    let mut decoder = decoder(path, true)?;
+fn scan(path: &Path, limit: Limit) -> Result<Facts> {
+    let (mut decoder, seen) = decoder(path, true)?;
     let mut size = Size::new(decoder.width().into(), decoder.height().into());
     let (mut begun, mut hundredths) = (0u64, 0i64);
     let (mut delay, mut alpha) = (None, Alpha::No);
@@ -101,12 +119,13 @@ fn scan(path: &Path) -> Result<Facts> {
             Err(_) if begun > 0 => break begun - 1,
             Err(e) => return Err(Error::input(path, broken(&e))),
         };
-        let area = Area::of(frame);
+        let area = area_of(frame);
         if begun == 0 {
             if size.width == 0 || size.height == 0 {
                 size = area.far();
             }
             check_picture(path, size)?;
+            limit.check(path, size, PIXEL)?;
             alpha = match frame.transparent {
                 _ if area.clipped(size) != Area::whole(size) => Alpha::Yes,
                 Some(_) => Alpha::IfDrawn,
@@ -126,13 +145,31 @@ fn scan(path: &Path) -> Result<Facts> {
     if begun == 0 {
         return Err(Error::input(path, "the GIF holds no picture; get another copy"));
     }
-    let loops = match decoder.repeat() {
-        Repeat::Infinite => Loops::Forever,
-        Repeat::Finite(0) => Loops::Once,
+    let loops = match seen.loops.get() {
+        None => Loops::Once,
+        Some(0) => Loops::Forever,
         // The file says how often it is repeated after the first time.
-        Repeat::Finite(n) => Loops::Times(u32::from(n) + 1),
+        Some(n) => Loops::Times(u32::from(n) + 1),
     };
+    // Of a file that ends inside its last image, the pixels may be all there.
+    let frames =
+        if seen.cut.get() && frames == begun { whole_frames(path, size, limit)? } else { frames };
     Ok(Facts { size, frames, frames_begun: begun, hundredths, delay, loops, alpha })
+}
+
+/// What a frame covers.
+fn area_of(frame: &gif::Frame<'_>) -> Area {
+    let size = Size::new(frame.width.into(), frame.height.into());
+    Area::at(frame.left.into(), frame.top.into(), size)
+}
+
+/// Counts the frames whose pixels are all there.
+fn whole_frames(path: &Path, size: Size, limit: Limit) -> Result<u64> {
+    let mut gif = Gif::new(path.to_owned(), size, false, false, limit)?;
+    while let Ok(Some(_)) = gif.read() {
+        gif.number += 1;
+    }
+    Ok(gif.number)
 }
 
 fn broken(error: &DecodingError) -> String {
@@ -146,78 +183,33 @@ fn broken(error: &DecodingError) -> String {
     }
 }
 
-/// A rectangle of pixels, `x0 <= x < x1`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Area {
-    x0: u32,
-    y0: u32,
-    x1: u32,
-    y1: u32,
-}
-
-impl Area {
-    fn of(frame: &gif::Frame<'_>) -> Self {
-        let (x0, y0) = (u32::from(frame.left), u32::from(frame.top));
-        Self { x0, y0, x1: x0 + u32::from(frame.width), y1: y0 + u32::from(frame.height) }
-    }
-
-    fn whole(size: Size) -> Self {
-        Self { x0: 0, y0: 0, x1: size.width, y1: size.height }
-    }
-
-    fn far(self) -> Size {
-        Size::new(self.x1, self.y1)
-    }
-
-    fn clipped(self, size: Size) -> Self {
-        Self {
-            x0: self.x0.min(size.width),
-            y0: self.y0.min(size.height),
-            x1: self.x1.min(size.width),
-            y1: self.y1.min(size.height),
-        }
-    }
-
-    /// The ranges of its rows in a frame `width` wide.
-    fn rows(self, width: u32) -> impl Iterator<Item = std::ops::Range<usize>> {
-        let width = width as usize;
-        (self.y0 as usize..self.y1 as usize)
-            .map(move |y| y * width + self.x0 as usize..y * width + self.x1 as usize)
-    }
-}
-
-/// What happens to the canvas before the next frame is drawn.
-enum Undo {
-    Nothing,
-    Clear(Area),
-    Restore(Area, Vec<Rgba>),
-}
-
 struct Gif {
-    decoder: Decoder<File>,
+    decoder: Decoder,
     path: PathBuf,
-    canvas: Vec<Rgba>,
+    canvas: Canvas,
     size: Size,
+    limit: Limit,
     /// Of the frame being read, as they stand in the file.
     indices: Vec<u8>,
-    undo: Undo,
     number: u64,
     hundredths: i64,
     still: bool,
     allow_truncated: bool,
     /// What was wrong with the first frame, which was delivered all the same.
-    spoilt: Option<Failure>,
+    damage: Option<Failure>,
 }
 
 impl Source for Gif {
     fn next(&mut self) -> Result<Option<Decoded>> {
-        match self.read() {
+        let read =
+            fence::run("gif", || self.read()).unwrap_or_else(|what| Err(Failure::Panic(what)));
+        match read {
             Ok(Some(delay)) => {
                 let start = Rational::new(self.hundredths, 100);
                 self.hundredths += i64::from(delay);
                 self.number += 1;
                 let length = (!self.still || delay > 0).then(|| Rational::new(delay.into(), 100));
-                let frame = Frame::new(self.size, self.canvas.clone())?;
+                let frame = Frame::new(self.size, self.canvas.pixels().to_vec())?;
                 Ok(Some(Decoded::new(frame, Span { start, length })))
             }
             Ok(None) => Ok(None),
@@ -232,15 +224,23 @@ impl Source for Gif {
                 let what = format!("claims {size} pixels, more than {MAX_SIDE} a side");
                 Err(Error::input_frame(&self.path, self.number, what))
             }
+            Err(Failure::Memory(error)) => Err(error),
+            Err(Failure::Panic(what)) => Err(Error::input_frame(&self.path, self.number, what)),
         }
     }
 }
+
+/// Indices that are read at once.
+const PIECE: usize = 1 << 20;
 
 enum Failure {
     Decoder(DecodingError),
     /// The data ends before the picture does.
     Short,
     Size(Size),
+    Memory(Error),
+    /// The decoder panicked.
+    Panic(String),
 }
 
 impl From<DecodingError> for Failure {
@@ -250,94 +250,90 @@ impl From<DecodingError> for Failure {
 }
 
 impl Gif {
-    fn new(path: PathBuf, size: Size, still: bool, allow_truncated: bool) -> Result<Self> {
+    fn new(
+        path: PathBuf,
+        size: Size,
+        still: bool,
+        allow_truncated: bool,
+        limit: Limit,
+    ) -> Result<Self> {
         Ok(Self {
-            decoder: decoder(&path, false)?,
+            decoder: decoder(&path, false)?.0,
             path,
-            canvas: vec![[0; 4]; size.pixels()],
+            canvas: Canvas::new(size),
             size,
+            limit,
             indices: Vec::new(),
-            undo: Undo::Nothing,
             number: 0,
             hundredths: 0,
             still,
             allow_truncated,
-            spoilt: None,
+            damage: None,
         })
     }
 
     /// Reads the next frame onto the canvas and returns its delay in hundredths of a second.
     fn read(&mut self) -> Result<Option<u16>, Failure> {
-        if let Some(failure) = self.spoilt.take() {
+        if let Some(failure) = self.damage.take() {
             return Err(failure);
         }
         let Some(frame) = self.decoder.next_frame_info()? else { return Ok(None) };
-        let (area, dispose, delay) = (Area::of(frame), frame.dispose, frame.delay);
+        let (area, dispose, delay) = (area_of(frame), frame.dispose, frame.delay);
         let (transparent, interlaced) = (frame.transparent, frame.interlaced);
         let size = Size::new(frame.width.into(), frame.height.into());
         if size.width > MAX_SIDE || size.height > MAX_SIDE {
             return Err(Failure::Size(size));
         }
-        self.indices.clear();
-        self.indices.resize(size.pixels(), transparent.unwrap_or(0));
+        self.limit.check(&self.path, size, 1).map_err(Failure::Memory)?;
         // The rows that are there are better than nothing, if that is all there is.
         let forgiving = self.allow_truncated && self.number == 0;
-        if !self.indices.is_empty() {
-            // All rows at once: the crate's own way with interlaced frames loses the last pixels of
-            // narrow ones.
-            let failure = match self.decoder.fill_buffer(&mut self.indices) {
-                Ok(true) => None,
-                Ok(false) => Some(Failure::Short),
-                Err(e) => Some(e.into()),
-            };
-            match failure {
-                Some(failure) if !forgiving => return Err(failure),
-                spoilt => self.spoilt = spoilt,
-            }
+        // All rows at once: the crate's own way with interlaced frames loses the last pixels of narrow ones.
+        match self.read_indices(size.pixels(), transparent.unwrap_or(0)) {
+            Some(failure) if !forgiving => return Err(failure),
+            damage => self.damage = damage,
         }
-        self.dispose();
         let visible = area.clipped(self.size);
-        self.undo = match dispose {
-            DisposalMethod::Any | DisposalMethod::Keep => Undo::Nothing,
-            DisposalMethod::Background => Undo::Clear(visible),
-            DisposalMethod::Previous => {
-                let rows = visible.rows(self.size.width);
-                Undo::Restore(visible, rows.flat_map(|r| self.canvas[r].iter().copied()).collect())
-            }
-        };
+        self.canvas.begin(
+            visible,
+            match dispose {
+                DisposalMethod::Any | DisposalMethod::Keep => Disposal::Keep,
+                DisposalMethod::Background => Disposal::Background,
+                DisposalMethod::Previous => Disposal::Previous,
+            },
+        );
         let colours = colours(self.decoder.palette()?, transparent);
         self.draw(visible, size, interlaced, &colours);
         Ok(Some(delay))
     }
 
-    /// Does what the frame before asked for.
-    fn dispose(&mut self) {
-        match std::mem::replace(&mut self.undo, Undo::Nothing) {
-            Undo::Nothing => {}
-            Undo::Clear(area) => {
-                area.rows(self.size.width).for_each(|row| self.canvas[row].fill([0; 4]));
+    /// Reads `count` indices, in memory that grows with the data; those that are missing become `filler`.
+    fn read_indices(&mut self, count: usize, filler: u8) -> Option<Failure> {
+        self.indices.clear();
+        while self.indices.len() < count {
+            let start = self.indices.len();
+            self.indices.resize(count.min(start + PIECE), filler);
+            let failure = match self.decoder.fill_buffer(&mut self.indices[start..]) {
+                Ok(true) => continue,
+                Ok(false) => Failure::Short,
+                Err(e) => e.into(),
+            };
+            if self.allow_truncated {
+                self.indices.resize(count, filler);
             }
-            Undo::Restore(area, saved) => {
-                let mut saved = saved.as_slice();
-                for row in area.rows(self.size.width) {
-                    let (now, later) = saved.split_at(row.len());
-                    self.canvas[row].copy_from_slice(now);
-                    saved = later;
-                }
-            }
+            return Some(failure);
         }
+        None
     }
 
     fn draw(&mut self, visible: Area, size: Size, interlaced: bool, colours: &[Rgba; 256]) {
-        let (width, line) = (self.size.width as usize, size.width.max(1) as usize);
+        let line = size.width.max(1) as usize;
         let stored = self.indices.chunks(line).zip(row_order(size.height, interlaced));
         for (line, y) in stored {
             if visible.y0 + y >= visible.y1 {
                 continue;
             }
-            let start = (visible.y0 + y) as usize * width;
-            let row = start + visible.x0 as usize..start + visible.x1 as usize;
-            for (pixel, &index) in self.canvas[row].iter_mut().zip(line) {
+            let row = self.canvas.row_mut(visible.y0 + y, visible.x0, visible.x1);
+            for (pixel, &index) in row.iter_mut().zip(line) {
                 let colour = colours[index as usize];
                 if colour[3] != 0 {
                     *pixel = colour;

@@ -2,20 +2,28 @@
 
 mod animation;
 mod apng;
+mod canvas;
 #[cfg(feature = "ffmpeg")]
 mod decode;
 pub(crate) mod detect;
 mod expand;
+mod fence;
 #[cfg(feature = "ffmpeg")]
 pub mod ffmpeg;
 #[cfg(not(feature = "ffmpeg"))]
 #[path = "no_ffmpeg.rs"]
 mod ffmpeg;
 mod gif;
+mod gif_blocks;
 mod jpeg;
+mod jpeg_fallback;
+mod limit;
+mod png;
+mod profile;
 mod resize;
 mod sequence;
 mod still;
+mod tiff;
 mod trim;
 mod warmup;
 mod webp;
@@ -36,6 +44,7 @@ use crate::memory;
 use crate::stream::{Span, StreamInfo};
 
 use detect::Kind;
+use limit::Limit;
 use resize::Resize;
 use trim::{Part, Trim};
 use warmup::WarmedUp;
@@ -100,11 +109,14 @@ pub struct SourceOptions {
     /// Frames whose longest side is above this many pixels are shrunk to it. Default: never.
     pub max_size: Option<u32>,
     /// Whether of a single picture that ends too early its upper part is delivered, before the error
-    /// that tells so. Whole frames always are. Default: no.
+    /// that says so. Whole frames always are. Default: no.
     pub allow_truncated: bool,
     /// Whether it is played twice, the first time as a [warm-up](Decoded::is_warmup): its beginning
     /// then goes on from its end. No effect on a still. Default: no.
     pub looped: bool,
+    /// Bytes of memory that decoding may take: larger pictures are refused, and so are headers that claim
+    /// more. Default: 1 GiB.
+    pub max_memory: Option<u64>,
     /// The ffmpeg that reads video. Default: the one on the search path.
     pub ffmpeg: Ffmpeg,
 }
@@ -185,12 +197,12 @@ impl Input {
         &self.paths
     }
 
-    /// What the headers tell, with `start`, `end`, `frames` and `max_size` taken into account.
+    /// What the headers say, with `start`, `end`, `frames` and `max_size` taken into account.
     pub fn info(&self) -> &StreamInfo {
         &self.info
     }
 
-    /// The sound of the part that is read, if there is any that can be read beside the frames.
+    /// The sound of the part that is read, if there is any that can be read alongside the frames.
     pub fn sound(&self) -> Option<&Sound> {
         self.sound.as_ref()
     }
@@ -249,12 +261,12 @@ pub fn files(inputs: &[impl AsRef<OsStr>]) -> Result<Vec<PathBuf>> {
 
 fn recognised(inputs: &[&OsStr], part: Option<Part>, options: &SourceOptions) -> Result<Input> {
     if inputs == ["-"] {
-        return y4m::open_standard();
+        return within_memory(y4m::open_standard()?, Path::new("-"), options);
     }
     if let [one] = inputs
         && ffmpeg::is_address(Path::new(one))
     {
-        return ffmpeg::open(one.into(), options);
+        return within_memory(ffmpeg::open(one.into(), options)?, Path::new(one), options);
     }
     let mut paths = expand::expand(inputs)?;
     if paths.len() > 1 {
@@ -268,21 +280,28 @@ fn recognised(inputs: &[&OsStr], part: Option<Part>, options: &SourceOptions) ->
     match detect::detect(&path)? {
         Kind::Gif => gif::open(path, options),
         Kind::Picture(ImageFormat::Png) => match apng::facts(&path)? {
-            Some(facts) => animation::open(path, animation::Format::Apng, facts),
+            Some(facts) => animation::open(path, animation::Format::Apng, facts, options),
             None => sequence::open_still(path, ImageFormat::Png, options),
         },
         Kind::Picture(ImageFormat::WebP) => match webp::facts(&path)? {
-            Some(facts) => animation::open(path, animation::Format::WebP, facts),
+            Some(facts) => animation::open(path, animation::Format::WebP, facts, options),
             None => sequence::open_still(path, ImageFormat::WebP, options),
         },
         Kind::Picture(format) => sequence::open_still(path, format, options),
-        Kind::Y4m | Kind::Stream => y4m::open(path),
+        Kind::Y4m | Kind::Stream => within_memory(y4m::open(path.clone())?, &path, options),
         Kind::Other => {
             let picture = detect::is_called_picture(&path);
-            let video = ffmpeg::open(path.clone(), options);
-            video.map_err(|error| if picture { detect::no_picture(path) } else { error })
+            let video = ffmpeg::open(path.clone(), options)
+                .map_err(|error| if picture { detect::no_picture(path.clone()) } else { error })?;
+            within_memory(video, &path, options)
         }
     }
+}
+
+/// Checks that frames of a video can be had: as they come, and as RGBA.
+fn within_memory(input: Input, path: &Path, options: &SourceOptions) -> Result<Input> {
+    Limit::of(options).check(path, input.info.size, 8)?;
+    Ok(input)
 }
 
 fn trimmed(input: Input, part: Option<Part>) -> Input {
@@ -294,7 +313,7 @@ fn trimmed(input: Input, part: Option<Part>) -> Input {
 
 fn resized(input: Input, options: &SourceOptions) -> Input {
     let from = input.info.size;
-    let to = options.max_size.map_or(from, |longest| resize::shrunk(from, longest));
+    let to = options.max_size.map_or(from, |longest| resize::fitted(from, longest));
     if to == from {
         return input;
     }

@@ -12,8 +12,8 @@ use crate::geom::Size;
 /// Lobes of the filter on each side (Duchon, "Lanczos filtering in one and two dimensions", 1979).
 const LOBES: f64 = 3.0;
 
-/// `size` shrunk in proportion so that its longest side is at most `longest`.
-pub(crate) fn shrunk(size: Size, longest: u32) -> Size {
+/// `size` scaled down in proportion so that its longest side is at most `longest`.
+pub(crate) fn fitted(size: Size, longest: u32) -> Size {
     let largest = size.width.max(size.height);
     if largest <= longest {
         return size;
@@ -147,15 +147,15 @@ mod tests {
     use super::*;
 
     fn resized(frame: &Frame, longest: u32) -> Frame {
-        let to = shrunk(frame.size(), longest);
+        let to = fitted(frame.size(), longest);
         Scaler::new(frame.size(), to).resize(frame).expect("a smaller frame")
     }
 
     #[test]
     fn sizes_keep_their_proportion_and_never_grow() {
-        assert_eq!(shrunk(Size::new(1920, 1080), 1280), Size::new(1280, 720));
-        assert_eq!(shrunk(Size::new(3, 16000), 100), Size::new(1, 100));
-        assert_eq!(shrunk(Size::new(30, 20), 100), Size::new(30, 20));
+        assert_eq!(fitted(Size::new(1920, 1080), 1280), Size::new(1280, 720));
+        assert_eq!(fitted(Size::new(3, 16000), 100), Size::new(1, 100));
+        assert_eq!(fitted(Size::new(30, 20), 100), Size::new(30, 20));
     }
 
     #[test]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use image::ImageFormat;
 
 use super::detect::{self, Kind};
-use super::still::{self, Header};
+use super::still::{self, Decoding, Header};
 use super::{Decoded, Input, SEQUENCE_RATE, Source, SourceOptions};
 use super::{apng, webp};
 use crate::error::{Error, Result};
@@ -23,7 +23,7 @@ pub(crate) fn open_still(
     format: ImageFormat,
     options: &SourceOptions,
 ) -> Result<Input> {
-    let Header { size, alpha } = still::header(&path, format)?;
+    let Header { size, alpha } = still::header(&path, format, Decoding::of(options))?;
     let info = StreamInfo {
         format: still::word(format).into(),
         size,
@@ -55,7 +55,8 @@ pub(crate) fn open_sequence(paths: &[PathBuf], options: &SourceOptions) -> Resul
     for (number, path) in paths.iter().enumerate() {
         let number = number as u64;
         let format = picture(path).map_err(|e| at_frame(e, number))?;
-        let header = still::header(path, format).map_err(|e| at_frame(e, number))?;
+        let header =
+            still::header(path, format, Decoding::of(options)).map_err(|e| at_frame(e, number))?;
         alpha |= header.alpha;
         match first {
             None => first = Some((path, header.size, format)),
@@ -87,11 +88,11 @@ fn input(
     length: Option<Rational>,
     options: &SourceOptions,
 ) -> Input {
-    let (size, allow_truncated) = (info.size, options.allow_truncated);
+    let (size, how) = (info.size, Decoding::of(options));
     let files = paths.clone();
     Input::new(files, info, move || {
         let paths = paths.clone();
-        Ok(Box::new(Sequence { paths, next: 0, size, length, allow_truncated, cut: None }))
+        Ok(Box::new(Sequence { paths, next: 0, size, length, how, cut: None }))
     })
 }
 
@@ -146,7 +147,7 @@ struct Sequence {
     size: Size,
     /// `None` for a still.
     length: Option<Rational>,
-    allow_truncated: bool,
+    how: Decoding,
     /// What is wrong with a still that was delivered all the same.
     cut: Option<Error>,
 }
@@ -160,18 +161,13 @@ impl Source for Sequence {
         let number = self.next as u64;
         self.next += 1;
         let Some(length) = self.length else {
-            let (frame, cut) = still::decode_part(path, picture(path)?)?;
-            if !self.allow_truncated
-                && let Some(error) = cut
-            {
-                return Err(error);
-            }
+            let (frame, cut) = still::decode_part(path, picture(path)?, self.how)?;
             self.cut = cut;
             let span = Span { start: Rational::ZERO, length: None };
             return Ok(Some(Decoded::new(frame, span)));
         };
         let frame = picture(path)
-            .and_then(|format| still::decode(path, format))
+            .and_then(|format| still::decode(path, format, self.how))
             .map_err(|e| at_frame(e, number))?;
         // The file may have changed since its header was read.
         same_size(path, number, frame.size(), &self.paths[0], self.size)?;

@@ -1,6 +1,6 @@
-//! One picture from one file: PNG, JPEG, WebP, BMP, TIFF, PNM.
+//! One picture from one file: PNG, JPEG, WebP, BMP, TIFF, PNM. Colours become sRGB, pictures stand upright.
 
-use std::io::{BufRead, BufReader, Cursor, Read, Seek};
+use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
 
 use image::metadata::Orientation;
@@ -8,12 +8,17 @@ use image::{
     ColorType, DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, RgbaImage,
 };
 
-use super::{detect, jpeg, webp};
+use super::jpeg::Jpeg;
+use super::limit::{Limit, METADATA};
+use super::png::Rows;
+use super::profile::{ColourSpace, ToSrgb};
+use super::tiff::{Extra, Indexed, Tags};
+use super::{SourceOptions, detect, fence, jpeg_fallback, png, tiff, webp};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, MAX_PIXELS, Rgba, check_size};
+use crate::frame::{Frame, Rgba, check_size};
 use crate::geom::{MAX_SIDE, Size};
 
-/// What a picture's header tells.
+/// What a picture's header says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Header {
     /// Size of the upright picture.
@@ -22,61 +27,61 @@ pub(crate) struct Header {
     pub(crate) alpha: bool,
 }
 
-/// How much of a JPEG is read for its header at first: camera files keep a preview and maker's notes
-/// of some 100 KiB before it.
-const JPEG_HEADER: u64 = 256 << 10;
+/// How pictures are decoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Decoding {
+    /// The memory that may be taken.
+    pub(crate) limit: Limit,
+    /// Whether what is there of a picture that ends too early is wanted.
+    pub(crate) allow_truncated: bool,
+}
+
+impl Decoding {
+    /// As `options` say.
+    pub(crate) fn of(options: &SourceOptions) -> Self {
+        Self { limit: Limit::of(options), allow_truncated: options.allow_truncated }
+    }
+}
 
 /// Reads the header of the picture in `path`.
 ///
 /// # Errors
 /// When it is broken, or the picture is too large.
-pub(crate) fn header(path: &Path, format: ImageFormat) -> Result<Header> {
-    if format != ImageFormat::Jpeg {
-        let file = BufReader::new(detect::open(path)?);
-        return header_of(path, &mut decoder(path, file, format)?);
-    }
-    let mut start = Vec::new();
-    let file = detect::open(path)?;
-    let unreadable = |e| Error::input(path, format!("cannot be read: {e}")).caused_by(e);
-    (&file).take(JPEG_HEADER).read_to_end(&mut start).map_err(unreadable)?;
-    if let Ok(mut decoder) = decoder(path, Cursor::new(&start), format) {
-        return header_of(path, &mut decoder);
-    }
-    (&file).read_to_end(&mut start).map_err(unreadable)?;
-    header_of(path, &mut decoder(path, Cursor::new(&start), format)?)
+pub(crate) fn header(path: &Path, format: ImageFormat, how: Decoding) -> Result<Header> {
+    let read = fence::run(word(format), || Opened::open(path, format, how.limit, true));
+    let opened = read.map_err(|what| Error::input(path, what))??;
+    let Size { width, height } = opened.facts.size;
+    let size = match opened.facts.orientation {
+        Orientation::Rotate90
+        | Orientation::Rotate270
+        | Orientation::Rotate90FlipH
+        | Orientation::Rotate270FlipH => Size::new(height, width),
+        _ => opened.facts.size,
+    };
+    Ok(Header { size, alpha: opened.facts.alpha })
 }
 
 /// Decodes the picture in `path`.
 ///
 /// # Errors
 /// When it is broken or too large, or ends too early.
-pub(crate) fn decode(path: &Path, format: ImageFormat) -> Result<Frame> {
-    let (frame, cut) = decode_part(path, format)?;
-    cut.map_or(Ok(frame), Err)
+pub(crate) fn decode(path: &Path, format: ImageFormat, how: Decoding) -> Result<Frame> {
+    let how = Decoding { allow_truncated: false, ..how };
+    decode_part(path, format, how).map(|(frame, _)| frame)
 }
 
-/// Decodes what there is of the picture in `path`. If it ends too early, that is told beside it.
+/// Decodes what there is of the picture in `path`. If it ends too early and that is allowed, the error comes with
+/// it.
 ///
 /// # Errors
-/// When it is broken or too large.
-pub(crate) fn decode_part(path: &Path, format: ImageFormat) -> Result<(Frame, Option<Error>)> {
-    let mut file = BufReader::new(detect::open(path)?);
-    let cut = |how| Some(Error::input(path, cut_short(&title(word(format)), how)));
-    if format != ImageFormat::Jpeg {
-        let missing = format == ImageFormat::WebP && !webp::is_complete(path)?;
-        let end = || if missing { cut("data is missing at its end") } else { None };
-        let part = decoder(path, file, format).and_then(|d| decoded(path, d, format));
-        // Of a WebP that ends too early, the decoder says only that it is broken.
-        let (frame, error) = part.map_err(|error| end().unwrap_or(error))?;
-        return Ok((frame, error.or_else(end)));
-    }
-    let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes)
-        .map_err(|e| Error::input(path, format!("cannot be read: {e}")).caused_by(e))?;
-    let (frame, error) = decoded(path, decoder(path, Cursor::new(&bytes), format)?, format)?;
-    // The decoder fills up what is missing with gray and says nothing.
-    let missing = error.is_none() && !jpeg::is_complete(&bytes);
-    Ok((frame, if missing { cut("its end marker is missing") } else { error }))
+/// When it is broken or too large, or ends too early and that is not allowed.
+pub(crate) fn decode_part(
+    path: &Path,
+    format: ImageFormat,
+    how: Decoding,
+) -> Result<(Frame, Option<Error>)> {
+    let decode = || Opened::open(path, format, how.limit, false)?.decode(path, how.allow_truncated);
+    fence::run(word(format), decode).map_err(|what| Error::input(path, what))?
 }
 
 /// Words for an input that ends too early.
@@ -160,85 +165,246 @@ fn is_cut_short(error: &ImageError) -> bool {
         .any(|words| text.contains(words))
 }
 
+/// What is known of a picture before its pixels are decoded.
+struct Facts {
+    /// As it lies in the file.
+    size: Size,
+    alpha: bool,
+    orientation: Orientation,
+    space: Option<ColourSpace>,
+    gray: bool,
+    extra: Extra,
+}
+
+/// A picture whose header has been read.
+struct Opened<'a> {
+    format: ImageFormat,
+    facts: Facts,
+    pixels: Pixels<'a>,
+    /// What is known to be missing at its end.
+    missing: Option<&'static str>,
+}
+
+/// Where pixels come from.
+enum Pixels<'a> {
+    Png(png::Png),
+    Image(Box<dyn ImageDecoder + 'a>),
+    Jpeg(Vec<u8>),
+    Indexed(Indexed),
+}
+
+impl Opened<'_> {
+    fn open(path: &Path, format: ImageFormat, limit: Limit, header: bool) -> Result<Self> {
+        let mut opened = match format {
+            ImageFormat::Png => open_png(path)?,
+            ImageFormat::Jpeg => open_jpeg(path, limit, header)?,
+            ImageFormat::Tiff => open_tiff(path, limit)?,
+            _ => Self::new(
+                decoder(path, BufReader::new(detect::open(path)?), format, limit)?,
+                format,
+            ),
+        };
+        check_picture(path, opened.facts.size)?;
+        if format == ImageFormat::WebP && !header && !webp::is_complete(path)? {
+            opened.missing = Some("data is missing at its end");
+        }
+        limit.check(path, opened.facts.size, opened.bytes_per_pixel())?;
+        Ok(opened)
+    }
+
+    fn new<'a>(mut decoder: Box<dyn ImageDecoder + 'a>, format: ImageFormat) -> Opened<'a> {
+        let (width, height) = decoder.dimensions();
+        let colour = decoder.color_type();
+        let icc = decoder.icc_profile().ok().flatten();
+        let facts = Facts {
+            size: Size::new(width, height),
+            alpha: colour.has_alpha(),
+            // Broken EXIF data is ignored.
+            orientation: decoder.orientation().unwrap_or(Orientation::NoTransforms),
+            space: icc.filter(|icc| icc.len() as u64 <= METADATA).map(ColourSpace::Icc),
+            gray: !colour.has_color(),
+            extra: Extra::Alpha,
+        };
+        Opened { format, facts, pixels: Pixels::Image(decoder), missing: None }
+    }
+
+    /// Bytes that a pixel takes while it is decoded: as the decoder has it (some keep a picture of their
+    /// own), and as RGBA.
+    fn bytes_per_pixel(&self) -> u64 {
+        4 + match &self.pixels {
+            Pixels::Png(decoder) => png::bytes_per_pixel(decoder),
+            Pixels::Image(decoder) => {
+                let bytes = u64::from(decoder.color_type().bytes_per_pixel());
+                let copies = matches!(self.format, ImageFormat::Bmp | ImageFormat::Pnm);
+                if copies { bytes } else { 2 * bytes }
+            }
+            Pixels::Jpeg(_) => 6,
+            Pixels::Indexed(_) => 2,
+        }
+    }
+
+    fn decode(self, path: &Path, allow_truncated: bool) -> Result<(Frame, Option<Error>)> {
+        let Self { format, facts, pixels, missing } = self;
+        let title = title(word(format));
+        let missing = missing.map(|how| Error::input(path, cut_short(&title, how)));
+        let (read, convert) = match pixels {
+            Pixels::Png(decoder) => decode_png(decoder, facts.size),
+            Pixels::Image(decoder) => decode_image(path, decoder, format)?,
+            Pixels::Jpeg(bytes) => decoded(jpeg_fallback::decode(&bytes)),
+            Pixels::Indexed(indexed) => decoded(indexed.decode()),
+        };
+        let cut = match read {
+            Ok(()) => None,
+            // Of a WebP that ends too early, the decoder says only that it is broken.
+            Err(e) if !is_cut_short(&e) => {
+                let broken = Error::input(path, broken(&e, word(format)));
+                return Err(missing.unwrap_or(broken));
+            }
+            Err(e) => Some(Error::input(path, broken(&e, word(format)))),
+        };
+        let cut = cut.or(missing);
+        if let Some(error) = cut {
+            if !allow_truncated {
+                return Err(error);
+            }
+            return Ok((facts.finished(path, convert()?)?, Some(error)));
+        }
+        Ok((facts.finished(path, convert()?)?, None))
+    }
+}
+
+impl Facts {
+    /// The frame of `pixels`: in sRGB, upright, colours not premultiplied.
+    fn finished(self, path: &Path, mut pixels: Vec<Rgba>) -> Result<Frame> {
+        let mut opaque = !self.alpha;
+        match self.extra {
+            Extra::Alpha => {}
+            Extra::Premultiplied => tiff::unpremultiply(&mut pixels),
+            Extra::Other => {
+                pixels.iter_mut().for_each(|pixel| pixel[3] = 255);
+                opaque = true;
+            }
+        }
+        if let Some(to_srgb) = self.space.and_then(|space| ToSrgb::new(&space, self.gray)) {
+            to_srgb.apply(&mut pixels);
+        }
+        if self.orientation == Orientation::NoTransforms {
+            return Ok(Frame::known(self.size, pixels, opaque)?);
+        }
+        let Size { width, height } = self.size;
+        let Some(image) = RgbaImage::from_raw(width, height, pixels.into_flattened()) else {
+            return Err(Error::input(
+                path,
+                "has fewer pixels than its header says; get another copy",
+            ));
+        };
+        let mut image = DynamicImage::ImageRgba8(image);
+        image.apply_orientation(self.orientation);
+        Ok(Frame::from_image(image.into_rgba8())?)
+    }
+}
+
+/// Makes pixels of what was read, once it is known that they are wanted.
+type Convert<'a> = Box<dyn FnOnce() -> Result<Vec<Rgba>> + 'a>;
+
+fn decode_png<'a>(mut decoder: png::Png, size: Size) -> (Result<(), ImageError>, Convert<'a>) {
+    let mut rows = Rows::default();
+    let read = rows.read(&mut decoder);
+    (read, Box::new(move || Ok(rows.pixels(&decoder, size))))
+}
+
+fn decode_image<'a>(
+    path: &'a Path,
+    decoder: Box<dyn ImageDecoder + 'a>,
+    format: ImageFormat,
+) -> Result<(Result<(), ImageError>, Convert<'a>)> {
+    let colour = decoder.color_type();
+    let bytes = usize::try_from(decoder.total_bytes())
+        .map_err(|_| Error::input(path, "the picture does not fit into memory"))?;
+    if colour == ColorType::Rgba8 {
+        let mut pixels = vec![[0; 4]; bytes / 4];
+        let read = decoder.read_image_boxed(pixels.as_flattened_mut());
+        return Ok((read, Box::new(move || Ok(pixels))));
+    }
+    let mut raw = vec![0; bytes];
+    let read = decoder.read_image_boxed(&mut raw);
+    Ok((read, Box::new(move || to_rgba(path, colour, &raw, format))))
+}
+
+/// What a decoder that answers with pixels gives.
+fn decoded<'a>(read: Result<Vec<Rgba>, ImageError>) -> (Result<(), ImageError>, Convert<'a>) {
+    match read {
+        Ok(pixels) => (Ok(()), Box::new(move || Ok(pixels))),
+        Err(e) => (Err(e), Box::new(|| Ok(Vec::new()))),
+    }
+}
+
+fn open_png<'a>(path: &Path) -> Result<Opened<'a>> {
+    let decoder = png::open(path, 1)?;
+    let exif = decoder.info().exif_metadata.as_deref().and_then(Orientation::from_exif_chunk);
+    let facts = Facts {
+        size: png::size(&decoder),
+        alpha: png::has_alpha(&decoder),
+        orientation: exif.unwrap_or(Orientation::NoTransforms),
+        space: png::colour_space(&decoder),
+        gray: !png::is_colour(&decoder),
+        extra: Extra::Alpha,
+    };
+    let pixels = Pixels::Png(decoder);
+    Ok(Opened { format: ImageFormat::Png, facts, pixels, missing: None })
+}
+
+fn open_jpeg<'a>(path: &Path, limit: Limit, header: bool) -> Result<Opened<'a>> {
+    let Jpeg { bytes, complete, split_scans, .. } = Jpeg::read(path, header, limit)?;
+    let copy = if split_scans { bytes.clone() } else { Vec::new() };
+    let decoder = decoder(path, Cursor::new(bytes), ImageFormat::Jpeg, limit)?;
+    let mut opened = Opened::new(decoder, ImageFormat::Jpeg);
+    // The decoder fills up what is missing with gray and says nothing.
+    opened.missing = (!complete).then_some("its end marker is missing");
+    if split_scans && !opened.facts.gray {
+        opened.pixels = Pixels::Jpeg(copy);
+    }
+    Ok(opened)
+}
+
+fn open_tiff<'a>(path: &Path, limit: Limit) -> Result<Opened<'a>> {
+    let file = || detect::open(path).map(BufReader::new);
+    let Tags { extra, space, gray, orientation, indexed } =
+        tiff::read(file()?, limit).map_err(|what| Error::input(path, what))?;
+    if let Some(indexed) = indexed {
+        let orientation = Orientation::from_exif(orientation).unwrap_or(Orientation::NoTransforms);
+        let facts = Facts { size: indexed.size(), alpha: false, orientation, space, gray, extra };
+        let pixels = Pixels::Indexed(indexed);
+        return Ok(Opened { format: ImageFormat::Tiff, facts, pixels, missing: None });
+    }
+    let mut opened =
+        Opened::new(decoder(path, file()?, ImageFormat::Tiff, limit)?, ImageFormat::Tiff);
+    let has_alpha = opened.facts.alpha;
+    opened.facts.extra = if has_alpha { extra } else { Extra::Alpha };
+    opened.facts.alpha = has_alpha && extra != Extra::Other;
+    opened.facts.space = space;
+    Ok(opened)
+}
+
 fn decoder<'a, R: BufRead + Seek + 'a>(
     path: &Path,
     reader: R,
     format: ImageFormat,
-) -> Result<impl ImageDecoder + 'a> {
+    limit: Limit,
+) -> Result<Box<dyn ImageDecoder + 'a>> {
     let mut reader = ImageReader::with_format(reader, format);
-    reader.limits(limits());
-    reader.into_decoder().map_err(|e| Error::input(path, broken(&e, word(format))))
-}
-
-/// Sizes are checked by [`check_picture`], which names them; 16 bytes a pixel is the most that a
-/// pixel takes (four floats).
-pub(crate) fn limits() -> Limits {
     let mut limits = Limits::no_limits();
-    limits.max_alloc = Some(16 * MAX_PIXELS);
-    limits
-}
-
-fn header_of(path: &Path, decoder: &mut impl ImageDecoder) -> Result<Header> {
-    let (width, height) = decoder.dimensions();
-    let size = Size::new(width, height);
-    check_picture(path, size)?;
-    let size = match orientation(decoder) {
-        Orientation::Rotate90
-        | Orientation::Rotate270
-        | Orientation::Rotate90FlipH
-        | Orientation::Rotate270FlipH => Size::new(height, width),
-        _ => size,
-    };
-    Ok(Header { size, alpha: decoder.color_type().has_alpha() })
-}
-
-/// How the picture must be turned to stand upright. Broken EXIF data is as good as none.
-fn orientation(decoder: &mut impl ImageDecoder) -> Orientation {
-    decoder.orientation().unwrap_or(Orientation::NoTransforms)
-}
-
-fn decoded(
-    path: &Path,
-    mut decoder: impl ImageDecoder,
-    format: ImageFormat,
-) -> Result<(Frame, Option<Error>)> {
-    let (width, height) = decoder.dimensions();
-    let size = Size::new(width, height);
-    check_picture(path, size)?;
-    let orientation = orientation(&mut decoder);
-    let colour = decoder.color_type();
-    let (read, pixels) = if colour == ColorType::Rgba8 {
-        let mut pixels = vec![[0; 4]; size.pixels()];
-        (decoder.read_image(pixels.as_flattened_mut()), pixels)
-    } else {
-        let bytes = usize::try_from(decoder.total_bytes())
-            .map_err(|_| Error::input(path, "the picture does not fit into memory"))?;
-        let mut raw = vec![0; bytes];
-        (decoder.read_image(&mut raw), to_rgba(path, colour, &raw)?)
-    };
-    let cut = match read {
-        Ok(()) => None,
-        Err(e) => {
-            let error = Error::input(path, broken(&e, word(format)));
-            if !is_cut_short(&e) {
-                return Err(error);
-            }
-            Some(error)
-        }
-    };
-    if orientation == Orientation::NoTransforms {
-        return Ok((Frame::known(size, pixels, !colour.has_alpha())?, cut));
+    limits.max_alloc = Some(limit.0);
+    reader.limits(limits);
+    match reader.into_decoder() {
+        Ok(decoder) => Ok(Box::new(decoder)),
+        Err(e) => Err(Error::input(path, broken(&e, word(format)))),
     }
-    let image = RgbaImage::from_raw(width, height, pixels.into_flattened())
-        .expect("the pixels were made for this size");
-    let mut image = DynamicImage::ImageRgba8(image);
-    image.apply_orientation(orientation);
-    Ok((Frame::from_image(image.into_rgba8())?, cut))
 }
 
 /// Pixels of any layout as 8-bit RGBA. 16-bit values are rounded to the nearest of 255.
-fn to_rgba(path: &Path, colour: ColorType, raw: &[u8]) -> Result<Vec<Rgba>> {
-    let word = |v: [u8; 2]| ((u32::from(u16::from_ne_bytes(v)) + 128) / 257) as u8;
+fn to_rgba(path: &Path, colour: ColorType, raw: &[u8], format: ImageFormat) -> Result<Vec<Rgba>> {
+    let narrow = |v: [u8; 2]| ((u32::from(u16::from_ne_bytes(v)) + 128) / 257) as u8;
     let float = |v: [u8; 4]| (f32::from_ne_bytes(v).clamp(0.0, 1.0) * 255.0).round() as u8;
     Ok(match colour {
         ColorType::L8 => raw.iter().map(|&v| [v, v, v, 255]).collect(),
@@ -246,23 +412,26 @@ fn to_rgba(path: &Path, colour: ColorType, raw: &[u8]) -> Result<Vec<Rgba>> {
         ColorType::Rgb8 => raw.as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect(),
         ColorType::Rgba8 => raw.as_chunks().0.to_vec(),
         ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16 => {
-            let values: Vec<u8> = raw.as_chunks().0.iter().map(|&v| word(v)).collect();
+            let values: Vec<u8> = raw.as_chunks().0.iter().map(|&v| narrow(v)).collect();
             let narrow = match colour {
                 ColorType::L16 => ColorType::L8,
                 ColorType::La16 => ColorType::La8,
                 ColorType::Rgb16 => ColorType::Rgb8,
                 _ => ColorType::Rgba8,
             };
-            return to_rgba(path, narrow, &values);
+            return to_rgba(path, narrow, &values, format);
         }
         ColorType::Rgb32F | ColorType::Rgba32F => {
             let values: Vec<u8> = raw.as_chunks().0.iter().map(|&v| float(v)).collect();
             let narrow =
                 if colour == ColorType::Rgb32F { ColorType::Rgb8 } else { ColorType::Rgba8 };
-            return to_rgba(path, narrow, &values);
+            return to_rgba(path, narrow, &values, format);
         }
         other => {
-            let what = format!("pixels of type {other:?} are not supported; save it as 8-bit PNG");
+            let name = title(word(format));
+            let what = format!(
+                "this kind of {name} is not supported (pixels of type {other:?}); save it as 8-bit PNG first"
+            );
             return Err(Error::input(path, what));
         }
     })

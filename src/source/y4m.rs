@@ -182,9 +182,22 @@ impl<R: Read> Y4mSource<R> {
         if line != "FRAME" && !line.starts_with("FRAME ") {
             return Err(fail("a frame of a y4m stream begins with FRAME; this does not".into()));
         }
-        self.planes.resize(self.header.layout.bytes(), 0);
-        self.input.read_exact(&mut self.planes).map_err(cut)?;
+        let filled = self.fill_planes();
+        let cut =
+            |e| Error::input_frame(&self.path, self.count, format!("the stream is cut short: {e}"));
+        filled.map_err(cut)?;
         Ok(true)
+    }
+
+    /// Reads the planes of a frame. Memory that is not there yet grows with the data: a header may lie.
+    fn fill_planes(&mut self) -> io::Result<()> {
+        let bytes = self.header.layout.bytes();
+        let known = self.planes.capacity().min(bytes);
+        self.planes.resize(known, 0);
+        self.input.read_exact(&mut self.planes)?;
+        let missing = (bytes - known) as u64;
+        let came = (&mut self.input).take(missing).read_to_end(&mut self.planes)?;
+        if (came as u64) < missing { Err(io::ErrorKind::UnexpectedEof.into()) } else { Ok(()) }
     }
 }
 

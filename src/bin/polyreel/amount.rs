@@ -56,6 +56,19 @@ pub(crate) fn time(text: &str) -> Result<Rational, String> {
     })
 }
 
+/// Bytes of memory, above 0: `1073741824`, or with K, M, G or T for powers of 1024 (`512M`, `4GiB`).
+pub(crate) fn bytes(text: &str) -> Result<u64, String> {
+    let wrong = || format!("'{text}' is not an amount of memory: write 512M, 4G or bytes");
+    let upper = text.to_ascii_uppercase();
+    let short = upper.strip_suffix("IB").or_else(|| upper.strip_suffix('B')).unwrap_or(&upper);
+    let unit = short.chars().last().and_then(|unit| "KMGT".find(unit));
+    let digits = if unit.is_some() { &short[..short.len() - 1] } else { short };
+    let number = decimal(digits).ok_or_else(wrong)?;
+    let factor = unit.map_or(1i64, |power| 1 << (10 * (power + 1)));
+    let bytes = number.num.checked_mul(factor).ok_or_else(wrong)? / number.den;
+    u64::try_from(bytes).ok().filter(|&bytes| bytes > 0).ok_or_else(wrong)
+}
+
 /// A factor above 0 and at most 16.
 pub(crate) fn factor(text: &str) -> Result<f64, String> {
     let value = decimal(text).map(Rational::to_f64).filter(|v| *v > 0.0 && *v <= 16.0);
@@ -156,6 +169,22 @@ mod tests {
         }
         for text in ["0", "-5", "1/0", "24000/", "1001", "ntsc", "0/5"] {
             assert!(rate(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn memory_is_counted_in_powers_of_1024() {
+        for (text, expected) in [
+            ("1000", 1000),
+            ("512M", 512 << 20),
+            ("4GiB", 4 << 30),
+            ("1.5k", 1536),
+            ("2gb", 2 << 30),
+        ] {
+            assert_eq!(bytes(text), Ok(expected), "{text}");
+        }
+        for text in ["", "0", "M", "-1", "12 apples", "1e9", "99999999T"] {
+            assert!(bytes(text).is_err(), "{text}");
         }
     }
 }

@@ -120,6 +120,9 @@ pub(crate) struct InspectArgs {
     /// Shrink the picture until its longest side has at most PX pixels [default: its own size]
     #[arg(long, value_name = "PX")]
     pub(crate) max_size: Option<u32>,
+    /// Memory that decoding may take: larger pictures are refused; 512M, 4G, or bytes [default: 1G]
+    #[arg(long, value_name = "SIZE", value_parser = amount::bytes)]
+    pub(crate) max_memory: Option<u64>,
     /// Replace files that are there already
     #[arg(short = 'y', long)]
     pub(crate) overwrite: bool,
@@ -164,6 +167,9 @@ pub(crate) struct InputArgs {
     /// Shrink frames until their longest side has at most PX pixels [default: their own size]
     #[arg(long, value_name = "PX")]
     max_size: Option<u32>,
+    /// Memory that decoding may take: larger pictures are refused; 512M, 4G, or bytes [default: 1G]
+    #[arg(long, value_name = "SIZE", value_parser = amount::bytes)]
+    max_memory: Option<u64>,
     /// Keep what can be read of an input that breaks off [default: fail]
     #[arg(long)]
     pub(crate) allow_truncated: bool,
@@ -180,6 +186,7 @@ impl InputArgs {
             frames: self.frames.map(NonZeroU64::get),
             fps: self.fps,
             max_size: self.max_size,
+            max_memory: self.max_memory,
             allow_truncated: self.allow_truncated,
             looped: false,
             ffmpeg: self.ffmpeg(processes),

@@ -44,6 +44,7 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
         frames: Some(1),
         max_size: args.max_size,
         ffmpeg: Ffmpeg { program: args.ffmpeg.clone(), processes: interrupt.processes() },
+        max_memory: args.max_memory,
         ..SourceOptions::default()
     };
     let input = source::open(std::slice::from_ref(&args.image), &wanted)?;

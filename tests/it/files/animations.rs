@@ -8,6 +8,7 @@ use polyreel::geom::Size;
 use polyreel::source::SourceOptions;
 use polyreel::stream::{Loops, Span};
 
+use super::formats::chunk;
 use super::given::*;
 
 #[test]
@@ -73,10 +74,4 @@ fn animated_webp_is_composed_and_timed() {
     fs::write(&file, &whole[..whole.len() - 20]).expect("written");
     let (frames, error) = read_broken(&file, &SourceOptions::default());
     assert!(frames <= 1 && error.contains("too early"), "{frames}: {error}");
-}
-
-/// A chunk of a RIFF file.
-fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
-    let padding = &[0][..data.len() % 2];
-    [kind.as_slice(), &(data.len() as u32).to_le_bytes(), data, padding].concat()
 }

@@ -83,13 +83,16 @@ fn a_truncated_gif_gives_its_good_frames_and_then_the_error() {
     for length in (10..whole.len()).step_by(37) {
         fs::write(&file, &whole[..length]).expect("written");
         let (_, frames, error) = read(&file, &SourceOptions::default());
-        let error = error.expect("it is truncated").to_string();
-        assert!(error.contains("too early"), "{length}: {error}");
+        match error {
+            Some(error) => assert!(error.to_string().contains("too early"), "{length}: {error}"),
+            // Between two frames nothing tells that more should come.
+            None => assert!([0, b';'].contains(&whole[length - 1]), "{length} of {}", whole.len()),
+        }
         assert!(frames == all[..frames.len()], "{length} of {} bytes", whole.len());
         most = most.max(frames.len());
         let allow = SourceOptions { allow_truncated: true, ..SourceOptions::default() };
         let (_, kept, error) = read(&file, &allow);
-        assert!(kept.len() >= frames.len() && error.is_some(), "{length}");
+        assert!(kept.len() >= frames.len() && (error.is_some() || kept == frames), "{length}");
     }
     assert!(most >= 4, "only {most} frames came of truncated files");
 }

@@ -101,7 +101,8 @@ pub(crate) fn still_span() -> Span {
 
 pub(crate) fn info(size: Size, frames: u64) -> StreamInfo {
     StreamInfo {
-        format: "test".into(),
+        // Delays of a GIF are kept exactly.
+        format: "gif".into(),
         size,
         frames: Some(frames),
         rate: None,

@@ -3,6 +3,7 @@
 mod again;
 mod animations;
 mod broken;
+mod formats;
 mod gif_in;
 mod gif_out;
 pub(crate) mod given;

@@ -65,3 +65,23 @@ fn one_picture_in_a_folder_is_a_still() {
     write_still(&name(&folder, "a.png"), &patches(Size::new(8, 8), 1, false)).expect("written");
     assert!(read_all(&name(&folder, "")).0.still);
 }
+
+#[test]
+fn animations_in_a_sequence_are_refused_alike() {
+    let folder = folder();
+    let frames: Vec<Frame> = (0..2).map(|i| patches(Size::new(12, 10), i, false)).collect();
+    write(&name(&folder, "f_%d.png"), &frames, &[4], &SinkOptions::default()).expect("written");
+    let file = |number: usize| folder.path().join(format!("f_{number}.png"));
+    let apng = super::formats::apng(&[(Size::new(12, 10), (0, 0), 0, 0); 2], 8, false);
+    let webp = super::formats::webp(&[(0, 0), (0, 0)]);
+    for (animation, words) in [(apng, "an APNG"), (webp, "an animated WebP")] {
+        fs::write(file(3), animation).expect("a file");
+        let (_, error) = read_broken(&name(&folder, "f_%d.png"), &SourceOptions::default());
+        let expected = format!("frame 2: {words} cannot be one picture of a sequence");
+        assert!(error.contains(&expected), "{error}");
+    }
+    write(&name(&folder, "a.gif"), &frames, &[4], &SinkOptions::default()).expect("written");
+    fs::rename(name(&folder, "a.gif"), file(3)).expect("renamed");
+    let (_, error) = read_broken(&name(&folder, "f_%d.png"), &SourceOptions::default());
+    assert!(error.contains("frame 2: a GIF cannot be one picture of a sequence"), "{error}");
+}

@@ -1,0 +1,163 @@
+//! PNG, still or animated, through the `png` crate: pictures, frames, and what chunks say of colours.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use image::error::{DecodingError, LimitError, LimitErrorKind};
+use image::{ImageError, ImageFormat};
+use png::{BitDepth, ColorType, Decoder, Limits, Reader, Transformations};
+
+use super::detect;
+use super::limit::METADATA;
+use super::profile::{ColourSpace, Primaries};
+use super::still::broken;
+use crate::error::{Error, Result};
+use crate::frame::Rgba;
+use crate::geom::Size;
+
+/// The decoder of one file.
+pub(super) type Png = Reader<BufReader<File>>;
+
+/// Opens the PNG in `path`, whose animation has at most `frames` frames; all before its first picture is
+/// read. Samples come as 8 or 16 bits, palettes as colours.
+///
+/// # Errors
+/// When it cannot be read, or is broken.
+pub(super) fn open(path: &Path, frames: u64) -> Result<Png> {
+    let mut decoder = Decoder::new(BufReader::new(detect::open(path)?));
+    decoder.set_transformations(Transformations::EXPAND);
+    decoder.set_ignore_text_chunk(true);
+    let failed = |e| Error::input(path, broken(&fault(e), "png"));
+    let width = decoder.read_header_info().map_err(failed)?.width;
+    // The decoder counts a row, of up to 8 bytes a pixel, for every frame, and metadata.
+    let rows = (frames + 4) * 8 * u64::from(width);
+    let bytes = usize::try_from(METADATA + rows).unwrap_or(usize::MAX);
+    decoder.set_limits(Limits { bytes });
+    decoder.read_info().map_err(failed)
+}
+
+/// A fault of the decoder as one of the `image` crate, for its words.
+pub(super) fn fault(error: png::DecodingError) -> ImageError {
+    match error {
+        png::DecodingError::IoError(e) => ImageError::IoError(e),
+        png::DecodingError::LimitsExceeded => {
+            ImageError::Limits(LimitError::from_kind(LimitErrorKind::InsufficientMemory))
+        }
+        e => ImageError::Decoding(DecodingError::new(ImageFormat::Png.into(), e)),
+    }
+}
+
+/// The size of the picture, or of the canvas.
+pub(super) fn size(png: &Png) -> Size {
+    Size::new(png.info().width, png.info().height)
+}
+
+/// Bytes of a pixel as it is decoded.
+pub(super) fn bytes_per_pixel(png: &Png) -> u64 {
+    let (colour, depth) = png.output_color_type();
+    colour.samples() as u64 * if depth == BitDepth::Sixteen { 2 } else { 1 }
+}
+
+/// Whether the picture has colours, not only grays.
+pub(super) fn is_colour(png: &Png) -> bool {
+    !matches!(png.output_color_type().0, ColorType::Grayscale | ColorType::GrayscaleAlpha)
+}
+
+/// Whether pixels may be transparent.
+pub(super) fn has_alpha(png: &Png) -> bool {
+    matches!(png.output_color_type().0, ColorType::Rgba | ColorType::GrayscaleAlpha)
+}
+
+/// The bytes of the next picture or frame, in rows of `stride` pixels. Four bytes an item, as RGBA needs them.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    bytes: Vec<Rgba>,
+    stride: usize,
+}
+
+impl Rows {
+    /// Reads the next picture of `png`. What is there of a picture that ends too early comes with the error.
+    pub(super) fn read(&mut self, png: &mut Png) -> std::result::Result<(), ImageError> {
+        let length = png.output_buffer_size().unwrap_or(0).div_ceil(4);
+        if self.bytes.len() < length {
+            // New memory that the system has zeroed takes no room before it is written.
+            self.bytes = vec![[0; 4]; length];
+        }
+        let read = png.next_frame(self.bytes.as_flattened_mut());
+        let frame = png.info().frame_control.map_or(png.info().width, |frame| frame.width);
+        // Interlaced frames come in rows of the canvas's width, others in their own.
+        self.stride = if png.info().interlaced { png.info().width } else { frame } as usize;
+        read.map(|_| ()).map_err(fault)
+    }
+
+    /// The upper left `size` of what was read, as RGBA.
+    pub(super) fn pixels(&mut self, png: &Png, size: Size) -> Vec<Rgba> {
+        let layout = png.output_color_type();
+        let whole = self.stride == size.width as usize && self.bytes.len() == size.pixels();
+        if whole && layout == (ColorType::Rgba, BitDepth::Eight) {
+            return std::mem::take(&mut self.bytes);
+        }
+        let line = self.stride * bytes_per_pixel(png) as usize;
+        let rows = self.bytes.as_flattened().chunks_exact(line.max(1)).take(size.height as usize);
+        let mut pixels = Vec::with_capacity(size.pixels());
+        for row in rows {
+            push_row(&mut pixels, row, layout, size.width as usize);
+        }
+        pixels
+    }
+}
+
+/// Appends the first `width` pixels of `row`. 16-bit values are rounded to the nearest of 255.
+fn push_row(pixels: &mut Vec<Rgba>, row: &[u8], layout: (ColorType, BitDepth), width: usize) {
+    let narrowed;
+    let row = if layout.1 == BitDepth::Sixteen {
+        let narrow = |&v: &[u8; 2]| ((u32::from(u16::from_be_bytes(v)) + 128) / 257) as u8;
+        narrowed = row.as_chunks().0.iter().map(narrow).collect::<Vec<u8>>();
+        &narrowed[..]
+    } else {
+        row
+    };
+    match layout.0 {
+        ColorType::Grayscale => pixels.extend(row.iter().take(width).map(|&v| [v, v, v, 255])),
+        ColorType::GrayscaleAlpha => {
+            pixels.extend(row.as_chunks().0.iter().take(width).map(|&[v, a]| [v, v, v, a]));
+        }
+        ColorType::Rgb => {
+            pixels.extend(row.as_chunks().0.iter().take(width).map(|&[r, g, b]| [r, g, b, 255]));
+        }
+        // Palettes come as colours.
+        ColorType::Rgba | ColorType::Indexed => {
+            pixels.extend(row.as_chunks::<4>().0.iter().take(width));
+        }
+    }
+}
+
+/// The colour space that the chunks name; cICP wins over iCCP, that over sRGB, that over gAMA and cHRM
+/// (PNG specification, third edition, 4.3). `None` if they name none, or sRGB.
+pub(super) fn colour_space(png: &Png) -> Option<ColourSpace> {
+    let info = png.info();
+    if let Some(cicp) = info.coding_independent_code_points {
+        return Some(ColourSpace::Cicp {
+            primaries: cicp.color_primaries,
+            transfer: cicp.transfer_function,
+        });
+    }
+    if let Some(icc) = &info.icc_profile {
+        return Some(ColourSpace::Icc(icc.to_vec()));
+    }
+    if info.srgb.is_some() || (info.gama_chunk.is_none() && info.chrm_chunk.is_none()) {
+        return None;
+    }
+    let gamma = info.gama_chunk.map(|gamma| f64::from(gamma.into_value()));
+    let primaries = info.chrm_chunk.map(|chrm| {
+        let point = |(x, y): (png::ScaledFloat, png::ScaledFloat)| [x.into_value(), y.into_value()];
+        Primaries {
+            white: point(chrm.white),
+            red: point(chrm.red),
+            green: point(chrm.green),
+            blue: point(chrm.blue),
+        }
+    });
+    Some(ColourSpace::Gamma { gamma, primaries })
+}

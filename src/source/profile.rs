@@ -1,0 +1,296 @@
+//! Colours of a file's own colour space, converted to sRGB.
+//!
+//! Conversions are relative colorimetric, by the `moxcms` crate. A space in which no colour is farther than
+//! [`SAME`] from its sRGB value is sRGB, and pixels stay as they are.
+
+use std::sync::Arc;
+
+use moxcms::{
+    Chromaticity, CicpColorPrimaries, CicpProfile, ColorPrimaries, ColorProfile, DataColorSpace,
+    Layout, MatrixCoefficients, RenderingIntent, ToneReprCurve, TransferCharacteristics,
+    Transform8BitExecutor, TransformOptions,
+};
+use rayon::prelude::*;
+
+use super::fence;
+use super::limit::METADATA;
+use crate::frame::Rgba;
+
+/// Chromaticities, as `[x, y]` (CIE 1931).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Primaries {
+    pub(super) white: [f32; 2],
+    pub(super) red: [f32; 2],
+    pub(super) green: [f32; 2],
+    pub(super) blue: [f32; 2],
+}
+
+/// What a file says of its colours.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum ColourSpace {
+    /// An ICC profile.
+    Icc(Vec<u8>),
+    /// Code points of ITU-T H.273.
+    Cicp { primaries: u8, transfer: u8 },
+    /// The exponent with which samples were encoded (1/2.2 for instance), and primaries; what is not said is
+    /// that of sRGB.
+    Gamma { gamma: Option<f64>, primaries: Option<Primaries> },
+    /// Curves of 16-bit values, one for all channels or three, and primaries, as TIFF has them.
+    Curves { curves: Vec<Vec<u16>>, primaries: Option<Primaries> },
+}
+
+/// The largest difference of a channel at which a colour counts as the same.
+const SAME: u8 = 2;
+
+/// Pixels that are converted at once.
+const PIECE: usize = 1 << 14;
+
+/// Converts pixels to sRGB.
+pub(super) enum ToSrgb {
+    Rgb(Arc<Transform8BitExecutor>),
+    /// Of gray pictures: the new value for each.
+    Gray([u8; 256]),
+}
+
+impl ToSrgb {
+    /// The conversion from `space`, of a picture that is `gray` or not. `None` if there is nothing to convert:
+    /// the space is sRGB; or nothing that can be converted: a broken profile, or one for other channels than
+    /// the picture's is ignored, as browsers do.
+    pub(super) fn new(space: &ColourSpace, gray: bool) -> Option<Self> {
+        fence::run("ICC profile", || conversion(space, gray)).ok().flatten()
+    }
+
+    /// Converts `pixels`. Alpha stays.
+    pub(super) fn apply(&self, pixels: &mut [Rgba]) {
+        pixels.par_chunks_mut(PIECE).for_each(|piece| self.convert(piece));
+    }
+
+    fn convert(&self, pixels: &mut [Rgba]) {
+        match self {
+            Self::Gray(table) => {
+                for [r, g, b, _] in pixels {
+                    [*r, *g, *b] = [table[*r as usize]; 3];
+                }
+            }
+            Self::Rgb(transform) => {
+                let before = pixels.to_vec();
+                if transform.transform(before.as_flattened(), pixels.as_flattened_mut()).is_err() {
+                    pixels.copy_from_slice(&before);
+                }
+            }
+        }
+    }
+
+    /// Whether no colour changes by more than [`SAME`].
+    fn is_identity(&self) -> bool {
+        let level = |v: usize| (v * 255 / 16) as u8;
+        let levels = (0..17usize.pow(3)).map(|i| [i / 289, i / 17 % 17, i % 17].map(level));
+        let grays = (0..=255u8).map(|v| [v; 3]);
+        let before: Vec<Rgba> = match self {
+            Self::Gray(_) => grays.map(|[v, ..]| [v, v, v, 255]).collect(),
+            Self::Rgb(_) => levels.chain(grays).map(|[r, g, b]| [r, g, b, 255]).collect(),
+        };
+        let mut after = before.clone();
+        self.convert(&mut after);
+        before.as_flattened().iter().zip(after.as_flattened()).all(|(a, b)| a.abs_diff(*b) <= SAME)
+    }
+}
+
+fn conversion(space: &ColourSpace, gray: bool) -> Option<ToSrgb> {
+    let profile = profile(space)?;
+    let options = TransformOptions {
+        rendering_intent: RenderingIntent::RelativeColorimetric,
+        ..TransformOptions::default()
+    };
+    let srgb = ColorProfile::new_srgb();
+    let transform = |from| profile.create_transform_8bit(from, &srgb, Layout::Rgba, options).ok();
+    let conversion = match profile.color_space {
+        DataColorSpace::Rgb => ToSrgb::Rgb(transform(Layout::Rgba)?),
+        DataColorSpace::Gray if gray => ToSrgb::Gray(gray_table(&*transform(Layout::Gray)?)?),
+        _ => return None,
+    };
+    (!conversion.is_identity()).then_some(conversion)
+}
+
+fn gray_table(transform: &Transform8BitExecutor) -> Option<[u8; 256]> {
+    let values: Vec<u8> = (0..=255).collect();
+    let mut pixels = [[0; 4]; 256];
+    transform.transform(&values, pixels.as_flattened_mut()).ok()?;
+    Some(pixels.map(|[r, ..]| r))
+}
+
+fn profile(space: &ColourSpace) -> Option<ColorProfile> {
+    match space {
+        ColourSpace::Icc(bytes) if bytes.len() as u64 > METADATA => None,
+        ColourSpace::Icc(bytes) => ColorProfile::new_from_slice(bytes).ok(),
+        ColourSpace::Cicp { primaries, transfer } => from_code_points(*primaries, *transfer),
+        ColourSpace::Gamma { gamma, primaries } => {
+            let curve = gamma.map_or_else(srgb_curve, gamma_curve);
+            Some(with(*primaries, [curve.clone(), curve.clone(), curve]))
+        }
+        ColourSpace::Curves { curves, primaries } => {
+            let curve = |i: usize| ToneReprCurve::Lut(curves[i.min(curves.len() - 1)].clone());
+            (!curves.is_empty()).then(|| with(*primaries, [0, 1, 2].map(curve)))
+        }
+    }
+}
+
+/// A profile of `primaries` (those of sRGB if there are none) and curves.
+fn with(primaries: Option<Primaries>, curves: [ToneReprCurve; 3]) -> ColorProfile {
+    let mut profile = ColorProfile::new_srgb();
+    profile.cicp = None;
+    if let Some(Primaries { white, red, green, blue }) = primaries {
+        let point = |[x, y]: [f32; 2]| Chromaticity::new(x, y);
+        let primaries = ColorPrimaries { red: point(red), green: point(green), blue: point(blue) };
+        profile.update_rgb_colorimetry(point(white).to_xyyb(), primaries);
+    }
+    [profile.red_trc, profile.green_trc, profile.blue_trc] = curves.map(Some);
+    profile
+}
+
+fn srgb_curve() -> ToneReprCurve {
+    ToneReprCurve::Parametric(vec![2.4, 1. / 1.055, 0.055 / 1.055, 1. / 12.92, 0.04045])
+}
+
+/// The curve of samples encoded with the exponent `gamma`. About 1/2.2 means sRGB: encoders that know
+/// nothing better write it, and libpng's threshold is as wide.
+fn gamma_curve(gamma: f64) -> ToneReprCurve {
+    if (gamma * 2.2 - 1.0).abs() < 0.05 || gamma <= 0.0 {
+        return srgb_curve();
+    }
+    ToneReprCurve::Parametric(vec![(1.0 / gamma) as f32])
+}
+
+/// Luminance of white in SDR, in cd/m2, and of PQ's and HLG's largest values (ITU-R BT.2408, BT.2100).
+const WHITE: f64 = 203.0;
+const PQ_PEAK: f64 = 10000.0;
+const HLG_PEAK: f64 = 1000.0;
+
+fn from_code_points(primaries: u8, transfer: u8) -> Option<ColorProfile> {
+    let color_primaries = CicpColorPrimaries::try_from(primaries).ok()?;
+    // The curves of PQ and HLG are not relative to white; what is brighter than white is cut.
+    let hdr = match transfer {
+        16 => Some(curve(|v| pq(v) * PQ_PEAK / WHITE)),
+        18 => Some(curve(|v| hlg(v).powf(1.2) * HLG_PEAK / WHITE)),
+        _ => None,
+    };
+    let transfer_characteristics = match hdr {
+        Some(_) => TransferCharacteristics::Srgb,
+        None => TransferCharacteristics::try_from(transfer).ok()?,
+    };
+    let mut profile = ColorProfile { cicp: None, red_trc: None, ..ColorProfile::new_srgb() };
+    // What it returns says nothing: whether it knew the code points shows in what it set.
+    profile.update_rgb_colorimetry_from_cicp(CicpProfile {
+        color_primaries,
+        transfer_characteristics,
+        matrix_coefficients: MatrixCoefficients::Identity,
+        full_range: true,
+    });
+    let known = profile.cicp.is_some() && profile.red_trc.is_some();
+    if let Some(curve) = hdr {
+        profile.cicp = None;
+        [profile.red_trc, profile.green_trc, profile.blue_trc] =
+            [0, 1, 2].map(|_| Some(curve.clone()));
+    }
+    known.then_some(profile)
+}
+
+fn curve(linear: impl Fn(f64) -> f64) -> ToneReprCurve {
+    let value = |i: u32| (linear(f64::from(i) / 4095.0).min(1.0) * 65535.0).round() as u16;
+    ToneReprCurve::Lut((0..4096).map(value).collect())
+}
+
+/// SMPTE ST 2084, as part of the peak.
+fn pq(value: f64) -> f64 {
+    let power = value.powf(32.0 / 2523.0);
+    let base = (power - 0.8359375).max(0.0) / (18.8515625 - 18.6875 * power);
+    base.powf(16384.0 / 2610.0)
+}
+
+/// The scene's light by ITU-R BT.2100's HLG.
+fn hlg(value: f64) -> f64 {
+    if value <= 0.5 {
+        return value * value / 3.0;
+    }
+    (((value - 0.559_910_73) / 0.178_832_77).exp() + 0.284_668_92) / 12.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const P3: Primaries = Primaries {
+        white: [0.3127, 0.329],
+        red: [0.68, 0.32],
+        green: [0.265, 0.69],
+        blue: [0.15, 0.06],
+    };
+
+    fn converted(space: &ColourSpace, colour: Rgba) -> Rgba {
+        let mut pixels = [colour];
+        ToSrgb::new(space, false).expect("a conversion").apply(&mut pixels);
+        pixels[0]
+    }
+
+    fn near(a: Rgba, b: Rgba) -> bool {
+        a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 2)
+    }
+
+    #[test]
+    fn display_p3_becomes_srgb_however_it_is_named() {
+        let encoded = with(Some(P3), [0; 3].map(|_| srgb_curve())).encode().expect("a profile");
+        for space in [
+            ColourSpace::Icc(encoded),
+            ColourSpace::Cicp { primaries: 12, transfer: 13 },
+            ColourSpace::Gamma { gamma: None, primaries: Some(P3) },
+        ] {
+            // The value is LittleCMS's.
+            let red = converted(&space, [220, 60, 40, 77]);
+            assert!(near(red, [239, 35, 17, 77]), "{red:?} of {space:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_srgb_stays_as_it_is() {
+        let srgb = Primaries {
+            white: [0.3127, 0.329],
+            red: [0.64, 0.33],
+            green: [0.3, 0.6],
+            blue: [0.15, 0.06],
+        };
+        for space in [
+            ColourSpace::Icc(ColorProfile::new_srgb().encode().expect("a profile")),
+            ColourSpace::Cicp { primaries: 1, transfer: 13 },
+            ColourSpace::Gamma { gamma: Some(0.45455), primaries: Some(srgb) },
+            ColourSpace::Gamma { gamma: Some(0.45455), primaries: None },
+            ColourSpace::Icc(b"no profile at all".to_vec()),
+        ] {
+            assert!(ToSrgb::new(&space, false).is_none(), "{space:?}");
+        }
+    }
+
+    #[test]
+    fn linear_light_becomes_brighter() {
+        let linear = ColourSpace::Gamma { gamma: Some(1.0), primaries: None };
+        assert!(near(converted(&linear, [55, 55, 55, 255]), [128, 128, 128, 255]));
+    }
+
+    #[test]
+    fn white_of_pq_is_white() {
+        // 58 % of the signal is 203 cd/m2.
+        let pq = ColourSpace::Cicp { primaries: 9, transfer: 16 };
+        let white = converted(&pq, [148, 148, 148, 255]);
+        assert!(near(white, [255; 4]), "{white:?}");
+        let grey = converted(&pq, [100, 100, 100, 255]);
+        assert!(grey[0] > 60 && grey[0] < 160, "{grey:?}");
+    }
+
+    #[test]
+    fn gray_profiles_are_for_gray_pictures() {
+        let gray = ColorProfile::new_gray_with_gamma(1.0).encode().expect("a profile");
+        let mut pixels = [[55, 55, 55, 9]];
+        ToSrgb::new(&ColourSpace::Icc(gray.clone()), true).expect("one").apply(&mut pixels);
+        assert!(near(pixels[0], [128, 128, 128, 9]), "{pixels:?}");
+        assert!(ToSrgb::new(&ColourSpace::Icc(gray), false).is_none());
+    }
+}

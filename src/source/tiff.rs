@@ -1,0 +1,263 @@
+//! What the tags of a TIFF mean for its pixels, and which of them cannot be honoured (TIFF 6.0).
+
+use std::io::{BufRead, Seek};
+
+use image::error::{DecodingError, LimitError, LimitErrorKind};
+use image::{ImageError, ImageFormat};
+use tiff::decoder::{Decoder, DecodingResult};
+use tiff::tags::Tag;
+use tiff::{ColorType, TiffError, TiffResult};
+
+use super::limit::{Limit, METADATA};
+use super::profile::{ColourSpace, Primaries};
+use crate::frame::Rgba;
+use crate::geom::Size;
+
+/// What the tags of a TIFF say.
+#[derive(Default)]
+pub(super) struct Tags {
+    /// What the fourth sample of a colour, or the second of a gray, is.
+    pub(super) extra: Extra,
+    /// The colour space, if it is not sRGB by default.
+    pub(super) space: Option<ColourSpace>,
+    /// Whether the picture is gray.
+    pub(super) gray: bool,
+    /// How it must be turned to stand upright (tag Orientation).
+    pub(super) orientation: u8,
+    /// A picture of indices, which is decoded here.
+    pub(super) indexed: Option<Indexed>,
+}
+
+/// A picture of indices of a few bits into a table of colours; gray pictures of 2 and 4 bits count as such.
+pub(super) struct Indexed {
+    decode: Box<dyn FnOnce() -> TiffResult<DecodingResult>>,
+    size: Size,
+    colours: Vec<[u8; 3]>,
+    bits: u8,
+}
+
+impl Indexed {
+    /// Width and height as they lie in the file.
+    pub(super) fn size(&self) -> Size {
+        self.size
+    }
+
+    /// Decodes the picture.
+    ///
+    /// # Errors
+    /// When it is broken or ends too early.
+    pub(super) fn decode(self) -> Result<Vec<Rgba>, ImageError> {
+        let DecodingResult::U8(bytes) = (self.decode)().map_err(fault)? else {
+            return Err(fault(TiffError::LimitsExceeded));
+        };
+        let (width, bits) = (self.size.width as usize, usize::from(self.bits));
+        let mask = (1usize << bits) - 1;
+        let mut pixels = Vec::with_capacity(self.size.pixels());
+        for row in bytes.chunks((width * bits).div_ceil(8)).take(self.size.height as usize) {
+            pixels.extend((0..width).map(|x| {
+                // Rows are packed from the highest bit on.
+                let byte = row.get(x * bits / 8).copied().unwrap_or(0);
+                let index = usize::from(byte) >> (8 - bits - x * bits % 8) & mask;
+                let [r, g, b] = self.colours[index];
+                [r, g, b, 255]
+            }));
+        }
+        pixels.resize(self.size.pixels(), [0, 0, 0, 255]);
+        Ok(pixels)
+    }
+}
+
+/// A fault of the decoder as one of the `image` crate, for its words.
+fn fault(error: TiffError) -> ImageError {
+    match error {
+        TiffError::IoError(e) => ImageError::IoError(e),
+        TiffError::LimitsExceeded => {
+            ImageError::Limits(LimitError::from_kind(LimitErrorKind::InsufficientMemory))
+        }
+        e => ImageError::Decoding(DecodingError::new(ImageFormat::Tiff.into(), e)),
+    }
+}
+
+/// The meaning of a sample beyond the colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Extra {
+    /// Alpha, and colours are as they are.
+    #[default]
+    Alpha,
+    /// Alpha, and colours are multiplied by it.
+    Premultiplied,
+    /// Not alpha.
+    Other,
+}
+
+/// Tags that no crate has a name for.
+const THRESHHOLDING: u16 = 263;
+const FILL_ORDER: u16 = 266;
+const TRANSFER_FUNCTION: u16 = 301;
+const WHITE_POINT: u16 = 318;
+const PRIMARY_CHROMATICITIES: u16 = 319;
+const INK_SET: u16 = 332;
+const REFERENCE_BLACK_WHITE: u16 = 532;
+
+/// Reads the tags of the first picture of the TIFF in `reader`.
+///
+/// # Errors
+/// In words: what cannot be honoured. Faults of the file are left to the decoder.
+pub(super) fn read<R: BufRead + Seek + 'static>(reader: R, limit: Limit) -> Result<Tags, String> {
+    let mut limits = tiff::decoder::Limits::default();
+    limits.ifd_value_size = METADATA as usize;
+    limits.decoding_buffer_size = usize::try_from(limit.0).unwrap_or(usize::MAX);
+    let Ok(decoder) = Decoder::new(reader) else { return Ok(Tags::default()) };
+    let mut file = File(decoder.with_limits(limits));
+    file.refuse()?;
+    let colour = file.0.colortype().ok();
+    let gray = matches!(colour, Some(ColorType::Gray(_) | ColorType::GrayA(_)));
+    let cmyk = matches!(colour, Some(ColorType::CMYK(_) | ColorType::CMYKA(_)));
+    let space = if cmyk { None } else { file.colour_space() };
+    let (extra, orientation) =
+        (file.extra(), file.number(Tag::Orientation).unwrap_or(1).min(255) as u8);
+    Ok(Tags { extra, space, gray, orientation, indexed: file.indexed(colour) })
+}
+
+struct File<R: BufRead + Seek>(Decoder<R>);
+
+impl<R: BufRead + Seek> File<R> {
+    /// The values of a tag, as far as they are whole numbers.
+    fn numbers(&mut self, tag: Tag) -> Vec<u64> {
+        self.0.find_tag_unsigned_vec::<u64>(tag).ok().flatten().unwrap_or_default()
+    }
+
+    fn number(&mut self, tag: Tag) -> Option<u64> {
+        self.numbers(tag).first().copied()
+    }
+
+    fn fractions(&mut self, tag: u16) -> Vec<f32> {
+        self.0.get_tag_f32_vec(Tag::Unknown(tag)).unwrap_or_default()
+    }
+
+    /// Refuses what would come out wrong.
+    fn refuse(&mut self) -> Result<(), String> {
+        let refuse = |what: &str| {
+            Err(format!("this kind of TIFF is not supported ({what}); save it as 8-bit PNG first"))
+        };
+        if self.number(Tag::Unknown(FILL_ORDER)).is_some_and(|order| order != 1) {
+            return refuse("its bits are stored in reverse, FillOrder 2");
+        }
+        let photometric = self.number(Tag::PhotometricInterpretation);
+        if photometric == Some(5)
+            && self.number(Tag::Unknown(INK_SET)).is_some_and(|inks| inks != 1)
+        {
+            return refuse("its inks are not CMYK, InkSet 2");
+        }
+        if photometric == Some(4) {
+            return refuse("it is a transparency mask");
+        }
+        if self.number(Tag::Unknown(THRESHHOLDING)).is_some_and(|kind| kind > 3) {
+            return refuse("an unknown Threshholding");
+        }
+        let range = self.fractions(REFERENCE_BLACK_WHITE);
+        let full = [0.0, 255.0];
+        if photometric == Some(2) && !range.is_empty() && range.chunks(2).any(|pair| pair != full) {
+            return refuse("its black and white are not 0 and 255, ReferenceBlackWhite");
+        }
+        Ok(())
+    }
+
+    fn extra(&mut self) -> Extra {
+        match self.numbers(Tag::ExtraSamples).as_slice() {
+            [1, ..] => Extra::Premultiplied,
+            // Unspecified data; files that say nothing of the sample mean alpha.
+            [0, ..] => Extra::Other,
+            _ => Extra::Alpha,
+        }
+    }
+
+    /// An ICC profile, else what the tags say of curves and primaries.
+    fn colour_space(&mut self) -> Option<ColourSpace> {
+        if let Ok(icc) = self.0.get_tag_u8_vec(Tag::IccProfile) {
+            return Some(ColourSpace::Icc(icc));
+        }
+        let primaries = self.primaries();
+        let values = self.numbers(Tag::Unknown(TRANSFER_FUNCTION));
+        let values: Vec<u16> = values.iter().map(|&v| v.min(65535) as u16).collect();
+        let bits = self.number(Tag::BitsPerSample).unwrap_or(1).min(16);
+        let curves: Vec<_> = values.chunks_exact(1 << bits).map(<[u16]>::to_vec).collect();
+        match (curves.len(), primaries) {
+            (1 | 3, primaries) => Some(ColourSpace::Curves { curves, primaries }),
+            (_, Some(_)) => Some(ColourSpace::Gamma { gamma: None, primaries }),
+            _ => None,
+        }
+    }
+
+    fn primaries(&mut self) -> Option<Primaries> {
+        let points = self.fractions(PRIMARY_CHROMATICITIES);
+        let &[rx, ry, gx, gy, bx, by] = points.as_slice() else { return None };
+        let white = match self.fractions(WHITE_POINT).as_slice() {
+            &[x, y] => [x, y],
+            _ => [0.3127, 0.329],
+        };
+        let possible = |&[x, y]: &[f32; 2]| x > 0.0 && y > 0.0 && x + y <= 1.0;
+        let primaries = Primaries { white, red: [rx, ry], green: [gx, gy], blue: [bx, by] };
+        [white, primaries.red, primaries.green].iter().all(possible).then_some(primaries)
+    }
+
+    /// The picture, if it is one of indices, or of grays that the `image` crate does not read.
+    fn indexed(mut self, colour: Option<ColorType>) -> Option<Indexed>
+    where
+        R: 'static,
+    {
+        let (colours, bits) = match colour? {
+            ColorType::Palette(bits @ 8) => (self.colours(bits)?, bits),
+            ColorType::Gray(bits @ (2 | 4)) => {
+                let step = 255 / ((1u16 << bits) - 1);
+                ((0..1 << bits).map(|v: u16| [(v * step) as u8; 3]).collect(), bits)
+            }
+            _ => return None,
+        };
+        let (width, height) = self.0.dimensions().ok()?;
+        let mut decoder = self.0;
+        let decode = Box::new(move || decoder.read_image());
+        Some(Indexed { decode, size: Size::new(width, height), colours, bits })
+    }
+
+    /// The colours of a palette (tag ColorMap: all reds, greens, blues, of 16 bits).
+    fn colours(&mut self, bits: u8) -> Option<Vec<[u8; 3]>> {
+        let map = self.numbers(Tag::ColorMap);
+        let entries = 1usize << bits;
+        if map.len() != 3 * entries {
+            return None;
+        }
+        // Some writers store 8-bit values.
+        let wide = map.iter().any(|&v| v > 255);
+        let byte = |v: u64| if wide { (v.min(65535) >> 8) as u8 } else { v as u8 };
+        Some(
+            (0..entries)
+                .map(|i| [map[i], map[entries + i], map[2 * entries + i]].map(byte))
+                .collect(),
+        )
+    }
+}
+
+/// Undoes the multiplication of colours by alpha.
+pub(super) fn unpremultiply(pixels: &mut [[u8; 4]]) {
+    for pixel in pixels.iter_mut().filter(|pixel| pixel[3] != 255) {
+        let alpha = u32::from(pixel[3]);
+        let undone = |v: u8| match alpha {
+            0 => 0,
+            _ => ((u32::from(v) * 255 + alpha / 2) / alpha).min(255) as u8,
+        };
+        *pixel = [undone(pixel[0]), undone(pixel[1]), undone(pixel[2]), pixel[3]];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn premultiplied_colours_come_back() {
+        let mut pixels = [[105, 25, 20, 128], [7, 8, 9, 255], [3, 2, 1, 0]];
+        unpremultiply(&mut pixels);
+        assert_eq!(pixels, [[209, 50, 40, 128], [7, 8, 9, 255], [0; 4]]);
+    }
+}
