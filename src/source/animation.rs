@@ -157,7 +157,10 @@ impl Source for Animation {
             Ok(Ok(None)) if self.complete => return Ok(None),
             Ok(Err(e)) if self.complete => broken(&e, self.format.word()),
             Err(what) => what,
-            _ => cut_short(&title(self.format.word()), "frames are missing"),
+            _ => {
+                let what = cut_short(&title(self.format.word()), "frames are missing");
+                return Err(Error::input_frame(&self.path, self.number, what).truncated());
+            }
         };
         Err(Error::input_frame(&self.path, self.number, what))
     }

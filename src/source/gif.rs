@@ -218,7 +218,7 @@ impl Source for Gif {
             }
             Err(Failure::Short) => {
                 let what = cut_short("GIF", "this frame has less data than pixels");
-                Err(Error::input_frame(&self.path, self.number, what))
+                Err(Error::input_frame(&self.path, self.number, what).truncated())
             }
             Err(Failure::Size(size)) => {
                 let what = format!("claims {size} pixels, more than {MAX_SIDE} a side");

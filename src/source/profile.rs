@@ -178,7 +178,8 @@ fn from_code_points(primaries: u8, transfer: u8) -> Option<ColorProfile> {
         Some(_) => TransferCharacteristics::Srgb,
         None => TransferCharacteristics::try_from(transfer).ok()?,
     };
-    let mut profile = ColorProfile { cicp: None, red_trc: None, ..ColorProfile::new_srgb() };
+    let mut profile = ColorProfile::new_srgb();
+    (profile.cicp, profile.red_trc) = (None, None);
     // What it returns says nothing: whether it knew the code points shows in what it set.
     profile.update_rgb_colorimetry_from_cicp(CicpProfile {
         color_primaries,

@@ -246,7 +246,7 @@ impl Opened<'_> {
     fn decode(self, path: &Path, allow_truncated: bool) -> Result<(Frame, Option<Error>)> {
         let Self { format, facts, pixels, missing } = self;
         let title = title(word(format));
-        let missing = missing.map(|how| Error::input(path, cut_short(&title, how)));
+        let missing = missing.map(|how| Error::input(path, cut_short(&title, how)).truncated());
         let (read, convert) = match pixels {
             Pixels::Png(decoder) => decode_png(decoder, facts.size),
             Pixels::Image(decoder) => decode_image(path, decoder, format)?,
@@ -260,7 +260,7 @@ impl Opened<'_> {
                 let broken = Error::input(path, broken(&e, word(format)));
                 return Err(missing.unwrap_or(broken));
             }
-            Err(e) => Some(Error::input(path, broken(&e, word(format)))),
+            Err(e) => Some(Error::input(path, broken(&e, word(format))).truncated()),
         };
         let cut = cut.or(missing);
         if let Some(error) = cut {

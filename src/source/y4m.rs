@@ -183,8 +183,10 @@ impl<R: Read> Y4mSource<R> {
             return Err(fail("a frame of a y4m stream begins with FRAME; this does not".into()));
         }
         let filled = self.fill_planes();
-        let cut =
-            |e| Error::input_frame(&self.path, self.count, format!("the stream is cut short: {e}"));
+        let cut = |error: io::Error| {
+            let what = format!("the stream is cut short: {error}");
+            Error::input_frame(&self.path, self.count, what).caused_by(error)
+        };
         filled.map_err(cut)?;
         Ok(true)
     }
