@@ -19,7 +19,7 @@ pub struct Mesh {
     /// next keeps it, wherever it moves, and one that is put in gets a number that none had before. Those of
     /// the corners are 0 to 3.
     pub ids: Vec<u64>,
-    /// Vertex numbers of each triangle, with a positive [`orient`]; the smallest number stands first
+    /// Vertex numbers of each triangle, turning from the x axis towards the y axis; the smallest number stands first
     /// and triangles are sorted, so that equal meshes are equal values.
     pub triangles: Vec<[u32; 3]>,
     /// The colour of each triangle where edges are hard, and its area in pixels before outlines are drawn

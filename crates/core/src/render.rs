@@ -75,7 +75,7 @@ impl Renderer {
     ///
     /// # Errors
     /// Where [`Options::error`] cannot be measured (SSIM of a frame smaller than its window), or not be
-    /// reached by any number of [`Points::Auto`].
+    /// reached by any number of [`Points::Auto`](crate::options::Points::Auto).
     pub fn render(&mut self, frame: &Frame) -> Result<Rendered> {
         self.render_in(frame, &Detail::FULL)
     }

@@ -180,6 +180,7 @@ impl Frame {
     }
 
     /// The memory of a frame that is no longer needed.
+    #[doc(hidden)]
     pub fn into_buffers(self) -> Buffers {
         Buffers {
             pixels: self.pixels.into_buffers(),

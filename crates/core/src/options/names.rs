@@ -25,7 +25,7 @@ pub enum Method {
     Entropy,
     /// Canny's edges and salient points, a quarter of the seeds for each band of saliency (baseline
     /// Pic2PolyArt). The original looks for faces as well; this one does not: see
-    /// [`crate::sample::bands`].
+    /// See `sample/bands.rs`.
     Pic2polyart,
 }
 
@@ -74,19 +74,19 @@ impl Method {
 )]
 #[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub enum FrontEnd {
-    /// Sobel's gradient ([`crate::feature::edges::sobel`]).
+    /// Sobel's gradient.
     Sobel,
-    /// The Laplacian ([`crate::feature::edges::laplacian`]).
+    /// The Laplacian.
     Laplacian,
-    /// Canny's edges ([`crate::feature::canny`]).
+    /// Canny's edges.
     Canny,
-    /// Corners of SLIC superpixels ([`crate::feature::slic`]).
+    /// Corners of SLIC superpixels.
     Slic,
-    /// Boundaries of k-means colour regions ([`crate::feature::region`]).
+    /// Boundaries of k-means colour regions.
     Regions,
-    /// Entropy after anisotropic diffusion ([`crate::feature::entropy`]).
+    /// Entropy after anisotropic diffusion.
     Entropy,
-    /// Spectral-residual saliency ([`crate::feature::saliency`]).
+    /// Spectral-residual saliency.
     Saliency,
 }
 
