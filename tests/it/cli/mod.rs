@@ -4,6 +4,7 @@ mod bad;
 mod budget;
 mod evaluate;
 mod interrupt;
+mod limits;
 mod no_display;
 mod render;
 mod tell;
