@@ -19,6 +19,7 @@ mod detail;
 mod histogram;
 mod hop;
 mod pool;
+mod repaint;
 mod replay;
 mod report;
 mod sink_loop;
@@ -45,6 +46,7 @@ pub use controls::Controls;
 pub use detail::DetailPolicy;
 use detail::{DetailController, longest};
 use histogram::StageHistograms;
+pub use repaint::{Part, repaint};
 pub use replay::Script;
 pub use report::{
     BudgetReport, Ending, FrameReport, InputReport, OutputReport, Report, StageTimes, Summary,

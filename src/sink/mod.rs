@@ -9,12 +9,14 @@ pub mod ffmpeg;
 #[path = "no_ffmpeg.rs"]
 pub mod ffmpeg;
 mod gif;
+mod mesh_stream;
 mod null;
 mod palette;
 pub mod place;
 mod planes;
 #[cfg(feature = "ffmpeg")]
 mod remux;
+pub mod repainted;
 #[cfg(feature = "ffmpeg")]
 mod sound;
 mod spec;
@@ -23,6 +25,7 @@ mod svg;
 #[cfg(feature = "ffmpeg")]
 mod tags;
 mod unfinished;
+mod usd;
 pub mod y4m;
 
 pub use unfinished::remove_unfinished;
@@ -209,6 +212,8 @@ pub fn create(
         "svg" if info.still || info.frames == Some(1) => {
             Ok(Box::new(svg::SvgStill::create(path, options)?))
         }
+        "polyreel" => Ok(Box::new(mesh_stream::MeshSink::create(path, info, options)?)),
+        "usda" => Ok(Box::new(usd::UsdSink::create(path, info, options)?)),
         "svg" => Ok(Box::new(svg::SvgAnimation::create(path, info, options)?)),
         "gif" => Ok(Box::new(gif::Gif::create(path, info, options)?)),
         "y4m" => Ok(Box::new(y4m::Y4mFile::create(path, info, options)?)),
@@ -220,7 +225,7 @@ pub fn create(
             Ok(Box::new(VideoSink::create(path, spec, options)?))
         }
         _ => Err(Error::usage(format!(
-            "{}: the name must end in what to write: {STILLS}, .gif, {VIDEOS}, .y4m; \
+            "{}: the name must end in what to write: {STILLS}, .gif, {VIDEOS}, .y4m, .polyreel, .usda; \
              or name a folder (frames/), a pattern (frame_%04d.png), - for y4m on standard output, or \
              null: to write nothing",
             path.display()

@@ -17,6 +17,8 @@ pub(crate) enum Kind {
     Gif,
     /// Uncompressed video with a plain text header.
     Y4m,
+    /// Meshes and their colours, ours.
+    MeshStream,
     /// None of these: a video, or no picture at all.
     Other,
     /// A pipe, whose first bytes cannot be looked at twice.
@@ -117,6 +119,7 @@ fn kind(magic: &[u8]) -> Kind {
             Kind::Picture(ImageFormat::Pnm)
         }
         _ if magic.starts_with(b"YUV4MPEG2") => Kind::Y4m,
+        _ if magic.starts_with(crate::mesh_stream::MAGIC) => Kind::MeshStream,
         _ => Kind::Other,
     }
 }

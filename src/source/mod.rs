@@ -18,6 +18,7 @@ mod gif_blocks;
 mod jpeg;
 mod jpeg_fallback;
 mod limit;
+pub mod mesh_stream;
 mod png;
 mod profile;
 mod resize;
@@ -261,7 +262,12 @@ pub fn files(inputs: &[impl AsRef<OsStr>]) -> Result<Vec<PathBuf>> {
 
 fn recognised(inputs: &[&OsStr], part: Option<Part>, options: &SourceOptions) -> Result<Input> {
     if inputs == ["-"] {
-        return within_memory(y4m::open_standard()?, Path::new("-"), options);
+        let path = Path::new("-");
+        return if mesh_stream::waits_on_standard_input() {
+            within_memory(mesh_stream::open_standard()?, path, options)
+        } else {
+            within_memory(y4m::open_standard()?, path, options)
+        };
     }
     if let [one] = inputs
         && ffmpeg::is_address(Path::new(one))
@@ -288,6 +294,7 @@ fn recognised(inputs: &[&OsStr], part: Option<Part>, options: &SourceOptions) ->
             None => sequence::open_still(path, ImageFormat::WebP, options),
         },
         Kind::Picture(format) => sequence::open_still(path, format, options),
+        Kind::MeshStream => within_memory(mesh_stream::open(path.clone())?, &path, options),
         Kind::Y4m | Kind::Stream => within_memory(y4m::open(path.clone())?, &path, options),
         Kind::Other => {
             let picture = detect::is_called_picture(&path);

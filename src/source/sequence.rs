@@ -111,6 +111,7 @@ fn picture(path: &Path) -> Result<ImageFormat> {
         }
         Kind::Picture(format) => Ok(format),
         Kind::Gif => refused("a GIF"),
+        Kind::MeshStream => refused("a mesh stream"),
         Kind::Y4m | Kind::Stream => refused("a video"),
         Kind::Other => Err(detect::no_picture(path.to_owned())),
     }

@@ -39,7 +39,7 @@
 //!
 //! 1. `geom`, `stage`, `error`, `simd`, `parallel`, `colour`, `frame`, `chance`
 //! 2. `plane`, `options`, `mesh`, `hex`, `residual`, `scan`, `draw`, `flow`, `feature`
-//! 3. `sample`, `triangulate`, `refine`, `rasterise`, `governor`, `metric`, `chain`, `render`, `svg`
+//! 3. `sample`, `triangulate`, `refine`, `rasterise`, `governor`, `metric`, `chain`, `render`, `svg`, `mesh_stream`, `usd`
 
 // Without `unstable` parts that only other crates use, such as the governor, have no user here.
 #![cfg_attr(not(feature = "unstable"), allow(dead_code, unreachable_pub, unused_imports))]
@@ -56,6 +56,7 @@ mod geom;
 mod governor;
 mod hex;
 mod mesh;
+pub mod mesh_stream;
 mod metric;
 mod options;
 mod parallel;
@@ -70,6 +71,7 @@ mod simd;
 mod stage;
 pub mod svg;
 mod triangulate;
+pub mod usd;
 
 pub use error::{Error, Result};
 pub use frame::{Fill, Frame, Rgba};
@@ -93,8 +95,8 @@ pub mod unstable {
         };
     }
     modules! {
-        chain chance colour draw error feature flow frame geom governor hex mesh metric options plane
-        rasterise refine render residual sample scan simd stage svg triangulate
+        chain chance colour draw error feature flow frame geom governor hex mesh mesh_stream metric options plane
+        rasterise refine render residual sample scan simd stage svg triangulate usd
     }
 }
 

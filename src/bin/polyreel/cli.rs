@@ -11,6 +11,7 @@ use clap::{Args, Parser, Subcommand};
 use polyreel::error::{Error, Result};
 use polyreel::ffmpeg::{Ffmpeg, Processes};
 use polyreel::frame::Rational;
+use polyreel::geom::Size;
 use polyreel::options::Colour;
 use polyreel::sink::ffmpeg::VideoOptions;
 use polyreel::source::SourceOptions;
@@ -154,13 +155,13 @@ pub(crate) struct InputArgs {
     pub(crate) inputs: Vec<OsString>,
     /// Leave out what comes before TIME: 1.5, 500ms, 1:30 [default: from the beginning]
     #[arg(long, value_name = "TIME", value_parser = amount::time)]
-    start: Option<Rational>,
+    pub(crate) start: Option<Rational>,
     /// Leave out what comes at TIME or later [default: to the end]
     #[arg(long, value_name = "TIME", value_parser = amount::time)]
-    end: Option<Rational>,
+    pub(crate) end: Option<Rational>,
     /// Read at most N frames [default: all]
     #[arg(long, value_name = "N")]
-    frames: Option<NonZeroU64>,
+    pub(crate) frames: Option<NonZeroU64>,
     /// Frames per second of a sequence of pictures: 12, 29.97, 24000/1001 [default: 25]
     #[arg(long, value_name = "RATE", value_parser = amount::rate)]
     fps: Option<Rational>,
@@ -217,10 +218,36 @@ pub(crate) struct WriteArgs {
     /// Format of the pictures that go to a folder: png, svg, jpg, webp, bmp, tiff [default: png]
     #[arg(long, value_name = "EXTENSION")]
     pub(crate) format: Option<String>,
+    /// Draw from the mesh at S times the size: 2 is twice as wide, and crisp [default: 1]
+    #[arg(long, value_name = "S", value_parser = scale)]
+    pub(crate) scale: Option<f64>,
+    /// Take the sound from FILE [default: from the input]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) sound: Option<PathBuf>,
     /// What keeps the ground from showing between the facets of an SVG: facets that reach under each
     /// other, a thin line around each, or nothing
     #[arg(long, value_name = "NAME", default_value = "underlap", value_parser = one_of(Seams::ALL, Seams::name))]
     pub(crate) svg_seams: Seams,
+}
+
+impl WriteArgs {
+    /// The size of the output for an input of `size`.
+    ///
+    /// # Errors
+    /// When that is too large.
+    pub(crate) fn scaled(&self, size: Size) -> Result<Size> {
+        let Some(scale) = self.scale else { return Ok(size) };
+        let side = |side: u32| (f64::from(side) * scale).round().max(1.0) as u32;
+        let scaled = Size::new(side(size.width), side(size.height));
+        polyreel::frame::check_size(scaled)?;
+        Ok(scaled)
+    }
+}
+
+/// A factor for a size.
+fn scale(text: &str) -> std::result::Result<f64, String> {
+    let scale = text.parse::<f64>().ok().filter(|scale| (0.05..=64.0).contains(scale));
+    scale.ok_or_else(|| format!("{text} is no factor from 0.05 to 64"))
 }
 
 /// How video is encoded.

@@ -139,6 +139,53 @@ const PAPER: &str = "The paper's parameters";
 const SCORES: &str = "Feature maps, and the methods that score every pixel";
 
 impl LookArgs {
+    /// What is given of painting, in place of what `look` says.
+    ///
+    /// # Errors
+    /// When something is asked for that only a new mesh could show.
+    pub(crate) fn repaint(&self, look: &Options) -> Result<Options> {
+        if self.asks_for_a_mesh() {
+            return Err(Error::usage(
+                "a mesh stream is painted, not triangulated anew: of the looks only --edges, --outline, \
+                 --outline-width, --outline-contrast, --saturation, --wash and --preset have an effect on it",
+            ));
+        }
+        let base = match &self.preset {
+            Some(name) => preset(name)?,
+            None => look.clone(),
+        };
+        let options = Options {
+            edges: self.edges.unwrap_or(base.edges),
+            outline: self.outline.or(base.outline),
+            outline_width: self.outline_width.unwrap_or(base.outline_width),
+            outline_contrast: self.outline_contrast.unwrap_or(base.outline_contrast),
+            saturation: self.saturation.unwrap_or(base.saturation),
+            wash: self.wash.unwrap_or(base.wash),
+            ..look.clone()
+        };
+        options.validate()?;
+        Ok(options)
+    }
+
+    fn asks_for_a_mesh(&self) -> bool {
+        let given = [
+            self.method.is_some(),
+            self.points.is_some(),
+            self.seed.is_some(),
+            self.coherence.is_some(),
+            self.quality.is_some(),
+            self.refine.is_some(),
+            self.error.is_some(),
+            self.regularity.is_some(),
+            self.smoothing.is_some(),
+            self.clusters.is_some(),
+            self.hex_density.is_some(),
+            self.max_points.is_some(),
+            self.features.is_some(),
+        ];
+        given.contains(&true)
+    }
+
     /// The preset's options (the defaults without one) with what was given on the command line.
     pub(crate) fn options(&self) -> Result<Options> {
         fn put<T: Clone>(field: &mut T, given: &Option<T>) {

@@ -24,6 +24,7 @@ mod preview;
 mod progress;
 mod record;
 mod render;
+mod repaint;
 mod scores;
 mod terminal;
 

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use indicatif::HumanBytes;
 use polyreel::error::{Error, Result};
 use polyreel::ffmpeg::Processes;
+use polyreel::frame::Rational;
 use polyreel::options::{Options, Target};
 use polyreel::pipeline::{
     self, Controls, DetailPolicy, Ending, InputReport, OutputReport, Report, Script, Settings,
@@ -15,7 +16,10 @@ use polyreel::pipeline::{
 };
 use polyreel::refine::RefineOptions;
 use polyreel::sink::ffmpeg::VideoOptions;
-use polyreel::sink::{self, SinkOptions};
+use polyreel::sink::repainted::Repainted;
+use polyreel::sink::{self, Sink, SinkOptions};
+use polyreel::source::Sound;
+use polyreel::source::mesh_stream::is_mesh_stream;
 use polyreel::source::{self, Input, SourceOptions};
 use polyreel::stage::Stage;
 use polyreel::stream::StreamInfo;
@@ -26,11 +30,17 @@ use crate::interrupt::Interrupt;
 use crate::preview::Beside;
 use crate::progress::Progress;
 use crate::record::Record;
+use crate::repaint::repaint;
 use crate::terminal;
 
 /// Renders the input to the output.
 pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let output = args.output.as_deref().ok_or_else(|| no_output(&args.input.inputs))?;
+    if let [one] = &args.input.inputs[..]
+        && is_mesh_stream(one)
+    {
+        return repaint(args, one, output);
+    }
     let mut options = args.look.options()?;
     let stop = Stop::default();
     let interrupt = Interrupt::listen(&stop);
@@ -47,8 +57,8 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let window =
         args.run.preview.then(|| Beside::open(&args.input.inputs, &info, controls.clone()));
     let window = window.transpose()?;
-    let sink =
-        sink::create(output, &info, &sink_options(args, &options, &input, interrupt.processes())?)?;
+    let sink_options = sink_options(args, &options, &input, interrupt.processes())?;
+    let sink = create_sink(args, output, &info, &options, &sink_options)?;
     sink.needs().adapt(&mut options);
     let mut warnings = sink.warnings().to_vec();
     if !args.run.quiet {
@@ -124,28 +134,66 @@ fn sink_options(
     input: &Input,
     processes: Processes,
 ) -> Result<SinkOptions> {
-    let defaults = SinkOptions::default();
     let gives_way = RefineOptions::next(options, input.info().size).steps > 0;
+    let written = write_options(args, processes)?;
+    Ok(SinkOptions {
+        inputs: input.paths().to_vec(),
+        video: VideoOptions { gives_way, ..written.video },
+        sound: sound(args).or_else(|| input.sound().cloned()),
+        look: options.clone(),
+        ..written
+    })
+}
+
+/// What the command line says of writing, whatever the input.
+pub(crate) fn write_options(args: &RenderArgs, processes: Processes) -> Result<SinkOptions> {
+    let defaults = SinkOptions::default();
     Ok(SinkOptions {
         overwrite: args.write.overwrite,
         background: args.write.background.map_or(defaults.background, |colour| colour.0),
-        inputs: input.paths().to_vec(),
-        video: VideoOptions { gives_way, ..args.video.options(&args.input, processes)? },
-        sound: input.sound().cloned(),
-        look: options.clone(),
+        video: args.video.options(&args.input, processes)?,
         seams: args.write.svg_seams,
         folder_format: args.write.format.clone(),
         ..defaults
     })
 }
 
+/// The sink for `output`, behind one that paints at another size where that is asked for.
+fn create_sink(
+    args: &RenderArgs,
+    output: &OsStr,
+    info: &StreamInfo,
+    options: &Options,
+    sink_options: &SinkOptions,
+) -> Result<Box<dyn Sink>> {
+    let Some(scale) = args.write.scale.filter(|&scale| scale != 1.0) else {
+        return sink::create(output, info, sink_options);
+    };
+    let info = StreamInfo { size: args.write.scaled(info.size)?, ..info.clone() };
+    let look = Repainted::look_at(options, scale);
+    let sink_options = SinkOptions { look: look.clone(), ..sink_options.clone() };
+    let sink = sink::create(output, &info, &sink_options)?;
+    Ok(Box::new(Repainted::new(sink, &look, info.size)))
+}
+
+/// The sound that is asked for beside the input's own.
+pub(crate) fn sound(args: &RenderArgs) -> Option<Sound> {
+    let path = args.write.sound.as_ref()?;
+    let start = args.input.start.unwrap_or(Rational::ZERO);
+    Some(Sound::new(path, start, args.input.end.is_some() || args.input.frames.is_some()))
+}
+
 /// The length of the file `output`, if it is one.
-fn bytes_of(output: &OsStr) -> Option<u64> {
+pub(crate) fn bytes_of(output: &OsStr) -> Option<u64> {
     let file = std::fs::metadata(output).ok().filter(|file| file.is_file())?;
     (output != "-").then_some(file.len())
 }
 
-fn record_of(args: &RenderArgs, inputs: &[PathBuf], output: &OsStr) -> Result<Option<Record>> {
+pub(crate) fn record_of(
+    args: &RenderArgs,
+    inputs: &[PathBuf],
+    output: &OsStr,
+) -> Result<Option<Record>> {
     let Some(path) = &args.run.report else { return Ok(None) };
     let taken: Vec<_> = inputs.iter().cloned().chain([PathBuf::from(output)]).collect();
     Record::create(path, &taken).map(Some)
@@ -196,7 +244,12 @@ fn settings_line(options: &Options, args: &RenderArgs) -> String {
 }
 
 /// What there is to say on standard error after a run that did not fail.
-fn tell(args: &RenderArgs, info: &StreamInfo, written: &OutputReport, summary: &Summary) {
+pub(crate) fn tell(
+    args: &RenderArgs,
+    info: &StreamInfo,
+    written: &OutputReport,
+    summary: &Summary,
+) {
     if let Ending::Truncated(error) = &summary.ending {
         terminal::warn(format_args!("{error}; the output holds what came before"));
     }

@@ -47,3 +47,78 @@ fn an_animated_svg_plays_by_itself_and_has_a_limit() {
     assert!(svg.contains("dur=\"0.2s\"") && svg.contains("keyTimes=\"0;0.5;0.7\""), "{svg}");
     assert!(svg.contains("repeatCount=\"indefinite\"") && !svg.contains("<script"), "{svg}");
 }
+
+#[test]
+fn a_mesh_stream_paints_the_same_bytes_again() {
+    let folder = Folder::new();
+    folder.gif("in.gif", &[100, 40, 60, 60]);
+    for (name, look) in [("plain", ""), ("lined", "--outline=red --saturation 1.4 --edges hard")] {
+        folder.run(&format!("render in.gif -o {name}.polyreel --points 60 {look}")).success();
+        for output in ["y4m", "gif"] {
+            folder.run(&format!("render in.gif -o a.{output} -y --points 60 {look}")).success();
+            folder.run(&format!("render {name}.polyreel -o b.{output} -y")).success();
+            assert!(folder.read(&format!("a.{output}")) == folder.read(&format!("b.{output}")));
+        }
+    }
+    let info = folder.run("info plain.polyreel").success();
+    assert!(super::stdout(&info).contains("polyreel"), "{}", super::stdout(&info));
+    folder.run("render in.gif -o a_%d.svg --points 60").success();
+    folder.run("render plain.polyreel -o b_%d.svg").success();
+    let paths = |name: &str| text(&folder, name).matches("<path").count();
+    assert_eq!(paths("a_3.svg"), paths("b_3.svg"));
+}
+
+#[test]
+fn a_mesh_stream_is_painted_at_other_sizes_and_in_other_looks() {
+    let folder = Folder::new();
+    folder.gif("in.gif", &[100, 40, 60]);
+    folder.run("render in.gif -o in.polyreel --points 60").success();
+    folder.run("render in.polyreel -o big_%d.png --scale 2.5 --outline=white --frames 2").success();
+    assert_eq!(folder.open("big_2.png").dimensions(), (120, 80));
+    assert!(!folder.path("big_3.png").exists());
+    assert!(folder.open("big_1.png").pixels().any(|pixel| pixel.0 == [255; 4]));
+    folder.run("render in.gif -o direct_%d.png --scale 2.5 --points 60").success();
+    assert_eq!(folder.open("direct_1.png").dimensions(), (120, 80));
+    let refused = folder.run("render in.polyreel -o out.gif --points 90").failure().code(2);
+    assert!(stderr(&refused).contains("--outline"), "{}", stderr(&refused));
+}
+
+#[test]
+fn a_mesh_stream_comes_through_a_pipe_and_may_break_off() {
+    let folder = Folder::new();
+    folder.gif("in.gif", &[100, 40, 60, 60]);
+    folder.run("render in.gif -o in.polyreel --points 60").success();
+    let bytes = folder.read("in.polyreel");
+    folder.write("cut.polyreel", &bytes[..bytes.len() - 30]);
+    let broken = folder.run("render cut.polyreel -o out.gif").failure().code(1);
+    assert!(stderr(&broken).contains("cut short"), "{}", stderr(&broken));
+    folder.run("render cut.polyreel -o out.gif --allow-truncated").success();
+    assert_eq!(folder.delays("out.gif").len(), 3);
+    let mut piped = assert_cmd::Command::new(env!("CARGO_BIN_EXE_polyreel"));
+    piped.current_dir(folder.0.path()).write_stdin(bytes);
+    piped.args(["render", "-", "-o", "piped.gif"]).assert().success();
+    assert_eq!(folder.delays("piped.gif"), [100, 40, 60, 60]);
+    let mut damaged = folder.read("in.polyreel");
+    let middle = damaged.len() / 2;
+    damaged[middle] ^= 1;
+    folder.write("damaged.polyreel", &damaged);
+    let refused = folder.run("render damaged.polyreel -o none.gif").failure().code(1);
+    assert!(stderr(&refused).contains("checksum"), "{}", stderr(&refused));
+    assert!(!folder.path("none.gif").exists());
+}
+
+#[test]
+fn a_mesh_sequence_is_written_for_3d_programs() {
+    let folder = Folder::new();
+    folder.gif("in.gif", &[100, 100, 100]);
+    folder.run("render in.gif -o out.usda --points 40").success();
+    let usd = text(&folder, "out.usda");
+    assert!(usd.starts_with("#usda 1.0\n") && usd.contains("upAxis = \"Y\""));
+    let samples = |name: &str| {
+        let part = usd.split(&format!("{name}.timeSamples = {{\n")).nth(1).expect("an attribute");
+        part.lines().take_while(|line| line.contains(": [")).count()
+    };
+    for name in ["points", "faceVertexCounts", "faceVertexIndices", "primvars:displayColor"] {
+        assert_eq!(samples(name), 3, "{name}");
+    }
+}

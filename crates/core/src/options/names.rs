@@ -25,7 +25,7 @@ pub enum Method {
     Entropy,
     /// Canny's edges and salient points, a quarter of the seeds for each band of saliency (baseline
     /// Pic2PolyArt). The original looks for faces as well; this one does not: see
-    /// `sample/bands.rs`.
+    /// See `sample/bands.rs`.
     Pic2polyart,
 }
 

@@ -5,8 +5,6 @@
 
 pub(crate) mod clip;
 pub(crate) mod disturb;
-pub(crate) mod packed;
-mod range_coder;
 pub(crate) mod still;
 pub(crate) mod table;
 pub(crate) mod tables;

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use super::disturb::Disturbance;
-use super::packed::pack;
 use super::{Plan, Variant, over_white};
-use polyreel::error::Result;
+use polyreel::error::{Error, Result};
 use polyreel::frame::Frame;
 use polyreel::geom::Size;
+use polyreel::mesh_stream::pack;
 use polyreel::metric::mse::{mse, psnr};
 use polyreel::metric::ssim::{ssim, ssim_gaussian};
 use polyreel::options::{Method, Options};
@@ -58,7 +58,7 @@ pub(crate) struct MethodScores {
     pub(crate) seeds_rate: f64,
     /// Triangles of the mesh.
     pub(crate) triangles: usize,
-    /// Bytes of the mesh with its colours ([`super::packed`]).
+    /// Bytes of the mesh with its colours as a key frame of a mesh stream.
     pub(crate) mesh_bytes: usize,
     /// 100 - 100 x mesh bytes / file bytes, where the picture is a file read at its full size.
     pub(crate) reduction: Option<f64>,
@@ -147,7 +147,9 @@ fn scores(
     let size = rendered.mesh.size;
     let rate = |points: usize| 100.0 - 100.0 * points as f64 / size.pixels() as f64;
     let seeds = rendered.mesh.seeds().len();
-    let mesh_bytes = pack(&rendered.mesh, &rendered.mesh.fills)?.len();
+    let colours: Vec<_> = rendered.mesh.fills.iter().map(|fill| fill.colour).collect();
+    let packed = pack(&rendered.mesh, &colours);
+    let mesh_bytes = packed.map_err(|fault| Error::failed(fault.to_string()))?.len();
     let reduction = |bytes: u64| 100.0 - 100.0 * mesh_bytes as f64 / bytes.max(1) as f64;
     Ok(MethodScores {
         method,

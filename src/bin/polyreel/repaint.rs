@@ -1,0 +1,79 @@
+//! `polyreel render` of a mesh stream: painted anew, without its source.
+
+use std::ffi::OsStr;
+use std::path::Path;
+
+use polyreel::error::{Error, Result};
+use polyreel::frame::Rational;
+use polyreel::pipeline::{self, InputReport, OutputReport, Part, Report, Stop};
+use polyreel::sink::repainted::Repainted;
+use polyreel::sink::{self, SinkOptions};
+use polyreel::source::mesh_stream::MeshSource;
+use polyreel::stream::StreamInfo;
+
+use crate::Outcome;
+use crate::cli::RenderArgs;
+use crate::interrupt::Interrupt;
+use crate::progress::Progress;
+use crate::render::{bytes_of, record_of, sound, tell};
+use crate::terminal;
+
+/// Renders the mesh stream `input` to `output`.
+pub(crate) fn repaint(args: &RenderArgs, input: &OsStr, output: &OsStr) -> Result<Outcome> {
+    let run = &args.run;
+    if run.budget.is_some() || run.replay.is_some() || run.looped || run.preview {
+        return Err(Error::usage(
+            "--budget, --replay, --loop and --preview are for inputs that become a mesh; a mesh stream is one",
+        ));
+    }
+    let stop = Stop::default();
+    let interrupt = Interrupt::listen(&stop);
+    let source = MeshSource::open(Path::new(input))?;
+    let scale = args.write.scale.unwrap_or(1.0);
+    let look = Repainted::look_at(&args.look.repaint(&source.look())?, scale);
+    let part = Part {
+        start: args.input.start,
+        end: args.input.end,
+        frames: args.input.frames.map(std::num::NonZeroU64::get),
+    };
+    let info = told(source.info(), &part);
+    let info = StreamInfo { size: args.write.scaled(info.size)?, ..info };
+    let inputs = if input == "-" { Vec::new() } else { vec![input.into()] };
+    let record = record_of(args, &inputs, output)?;
+    let options = SinkOptions {
+        inputs,
+        sound: sound(args),
+        look: look.clone(),
+        ..crate::render::write_options(args, interrupt.processes())?
+    };
+    let sink = sink::create(output, &info, &options)?;
+    let warnings = sink.warnings().to_vec();
+    if !run.quiet {
+        warnings.iter().for_each(terminal::warn);
+    }
+    let sink = Box::new(Repainted::new(sink, &look, info.size));
+    let mut progress = Progress::new(info.frames, run.quiet, record.is_some());
+    interrupt.begin();
+    let allowed = args.input.allow_truncated;
+    let ended = pipeline::repaint(|| Ok(source), &part, sink, allowed, &mut progress, &stop);
+    let per_frame = progress.finish();
+    let summary = ended?;
+    let path = output.to_string_lossy().into_owned();
+    let written = OutputReport { path, size: info.size, bytes: bytes_of(output), warnings };
+    tell(args, &info, &written, &summary);
+    if let Some(record) = record {
+        let input = InputReport::new(&args.input.inputs, info);
+        record.write(&Report::new(input, written, look, &summary, per_frame))?;
+    }
+    Ok(if interrupt.happened() { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// What `info` becomes of a part: how many frames that has is known where only their number is cut.
+fn told(info: &StreamInfo, part: &Part) -> StreamInfo {
+    let cut = part.start.is_some_and(|start| start > Rational::ZERO) || part.end.is_some();
+    let most = part.frames.unwrap_or(u64::MAX);
+    let frames = if cut { None } else { info.frames.map(|frames| frames.min(most)) };
+    let frames = if part.frames == Some(1) { Some(1) } else { frames };
+    let whole = frames == info.frames;
+    StreamInfo { frames, duration: info.duration.filter(|_| whole), ..info.clone() }
+}

@@ -1,0 +1,173 @@
+//! Mesh streams as an input: as meshes for who paints them anew, as pictures for everybody else.
+
+use std::io::{self, BufRead, BufReader, IsTerminal, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::{Decoded, Input, Source, detect};
+use crate::error::{Error, Result};
+use crate::frame::{Colorimetry, Frame, Rational};
+use crate::look;
+use crate::mesh_stream::{MAGIC, MeshFrame, MeshReader, ReadError};
+use crate::options::Options;
+use crate::rasterise::Painter;
+use crate::stream::{Loops, Span, StreamInfo};
+
+/// A mesh stream being read.
+pub struct MeshSource {
+    reader: MeshReader<Box<dyn Read + Send>>,
+    path: PathBuf,
+    info: StreamInfo,
+    painter: Painter,
+    count: u64,
+}
+
+impl MeshSource {
+    /// Opens the stream at `path`, `-` for standard input.
+    ///
+    /// # Errors
+    /// When it cannot be opened, or is no mesh stream.
+    pub fn open(path: &Path) -> Result<Self> {
+        let input: Box<dyn Read + Send> = if path == Path::new("-") {
+            Box::new(io::stdin())
+        } else {
+            Box::new(BufReader::with_capacity(1 << 16, detect::open(path)?))
+        };
+        let reader = MeshReader::new(input).map_err(|error| failed(path, None, error))?;
+        let info = info(&reader);
+        let painter = Painter::new(&look::of(reader.header()));
+        Ok(Self { reader, path: path.to_owned(), info, painter, count: 0 })
+    }
+
+    /// How it was painted when it was written.
+    pub fn look(&self) -> Options {
+        look::of(self.reader.header())
+    }
+
+    /// What its header tells.
+    pub fn info(&self) -> &StreamInfo {
+        &self.info
+    }
+
+    /// The next frame's mesh; `None` at the end of a complete stream.
+    ///
+    /// # Errors
+    /// When the stream is cut short or damaged; frames before have been delivered.
+    pub fn next_mesh(&mut self) -> Result<Option<MeshFrame>> {
+        let frame = self.reader.next_frame();
+        let frame = frame.map_err(|error| failed(&self.path, Some(self.count), error))?;
+        self.count += u64::from(frame.is_some());
+        Ok(frame)
+    }
+}
+
+impl Source for MeshSource {
+    fn next(&mut self) -> Result<Option<Decoded>> {
+        let Some(MeshFrame { mesh, colours, time, .. }) = self.next_mesh()? else {
+            return Ok(None);
+        };
+        let painting = self.painter.paint_known(&mesh, &colours);
+        let span = Span { start: time.start, length: time.length };
+        Ok(Some(Decoded::new(painting.frame, span)))
+    }
+
+    fn recycle(&mut self, frame: Frame) {
+        self.painter.recycle(frame.into_buffers());
+    }
+}
+
+fn failed(path: &Path, frame: Option<u64>, error: ReadError) -> Error {
+    let truncated = matches!(error, ReadError::Truncated);
+    let what = error.to_string();
+    let input = match frame {
+        Some(frame) => Error::input_frame(path, frame, what),
+        None => Error::input(path, what),
+    };
+    if truncated { input.truncated() } else { input.caused_by(error) }
+}
+
+fn info<R: Read>(reader: &MeshReader<R>) -> StreamInfo {
+    let header = reader.header();
+    let fraction = |name: &str| fraction(header.get(name)?);
+    let flag = |name: &str| header.get(name) == Some("1");
+    let plays = header.get("plays").and_then(|text| text.parse().ok());
+    let tag = |name: &str| header.get(name).map(str::to_owned);
+    StreamInfo {
+        format: "polyreel".into(),
+        size: reader.size(),
+        frames: header.get("frames").and_then(|text| text.parse().ok()),
+        rate: fraction("rate").filter(|rate| *rate > Rational::ZERO),
+        duration: fraction("duration"),
+        alpha: flag("alpha"),
+        still: flag("still"),
+        loops: match plays {
+            Some(0) => Loops::Forever,
+            None | Some(1) => Loops::Once,
+            Some(n) => Loops::Times(n),
+        },
+        audio: None,
+        live: false,
+        colour: flag("tagged").then(|| Colorimetry {
+            matrix: tag("matrix"),
+            range: tag("range"),
+            primaries: tag("primaries"),
+            transfer: tag("transfer"),
+        }),
+    }
+}
+
+/// A number or a fraction of two.
+fn fraction(text: &str) -> Option<Rational> {
+    let (num, den) = text.split_once('/').unwrap_or((text, "1"));
+    let (num, den) = (num.parse().ok()?, den.parse().ok()?);
+    (den > 0 && num >= 0).then(|| Rational::new(num, den))
+}
+
+/// Opens the mesh stream at `path` as an input.
+///
+/// # Errors
+/// As [`MeshSource::open`].
+pub(crate) fn open(path: PathBuf) -> Result<Input> {
+    let source = MeshSource::open(&path)?;
+    let (info, mut first) = (source.info.clone(), Some(source));
+    let paths = Arc::from([path.clone()]);
+    let start = move || {
+        Ok(Box::new(match first.take() {
+            Some(source) => source,
+            None => MeshSource::open(&path)?,
+        }) as Box<dyn Source>)
+    };
+    Ok(Input::new(paths, info, start))
+}
+
+/// Opens the mesh stream on standard input; its header is read now.
+///
+/// # Errors
+/// As [`MeshSource::open`].
+pub(crate) fn open_standard() -> Result<Input> {
+    let source = MeshSource::open(Path::new("-"))?;
+    let (info, mut first) = (source.info.clone(), Some(source));
+    let start = move || match first.take() {
+        Some(source) => Ok(Box::new(source) as Box<dyn Source>),
+        None => Err(Error::usage("a pipe can be read only once")),
+    };
+    Ok(Input::new(Arc::from([]), info, start).once())
+}
+
+/// Whether `input` is a mesh stream, in a file or on standard input (`-`), by its first bytes, which stay there.
+pub fn is_mesh_stream(input: &std::ffi::OsStr) -> bool {
+    if input == "-" {
+        return waits_on_standard_input();
+    }
+    let path = Path::new(input);
+    path.is_file() && matches!(detect::detect(path), Ok(detect::Kind::MeshStream))
+}
+
+/// Whether a mesh stream waits on standard input. Nothing is taken from it.
+pub(crate) fn waits_on_standard_input() -> bool {
+    let input = io::stdin();
+    if input.is_terminal() {
+        return false;
+    }
+    input.lock().fill_buf().is_ok_and(|bytes| bytes.starts_with(MAGIC))
+}
