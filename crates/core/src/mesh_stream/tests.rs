@@ -37,7 +37,7 @@ fn clip(frames: u32, alpha: bool) -> Vec<(Mesh, Vec<Rgba>)> {
 
 fn time(t: usize) -> Time {
     let rate = |n: i64| Rational::new(n * 1001, 30000);
-    Time { start: rate(t as i64), length: (t % 3 != 0).then(|| rate(1)) }
+    Time { start: rate(t as i64), length: (!t.is_multiple_of(3)).then(|| rate(1)) }
 }
 
 fn written(clip: &[(Mesh, Vec<Rgba>)]) -> Vec<u8> {
