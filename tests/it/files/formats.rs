@@ -219,7 +219,7 @@ fn planes_palettes_and_few_bits_of_a_tiff_are_read() {
     let expected = [[17, 34, 255, 255], [0, 0, 0, 255], [17, 34, 255, 255]];
     assert_eq!(read_tiff((3, 1), &palette, &[&[5, 0, 5]]), expected);
     let gray: [(u16, &[u16]); 3] = [(258, &[2]), (262, &[0]), (277, &[1])];
-    assert_eq!(read_tiff((2, 1), &gray, &[&[0b00_10_0000]]), [[255; 4], [85, 85, 85, 255]]);
+    assert_eq!(read_tiff((2, 1), &gray, &[&[0b0010_0000]]), [[255; 4], [85, 85, 85, 255]]);
 }
 
 #[test]
