@@ -74,7 +74,17 @@ fn chunks(file: &mut BufReader<std::fs::File>) -> std::io::Result<Option<Facts>>
                     n => Loops::Times(n),
                 };
             }
-            b"fcTL" => facts.lengths.add(delay(&head)),
+            b"fcTL" => {
+                let first = facts.lengths.frames == 0;
+                let size = Size::new(be32(&head, 4), be32(&head, 8));
+                // What is cleared, or not covered by the first frame, is transparent.
+                facts.alpha |= match head[24] {
+                    1 => true,
+                    2 => first,
+                    _ => first && size != facts.size,
+                };
+                facts.lengths.add(delay(&head));
+            }
             _ => {}
         }
         // And the checksum. Beyond the end this succeeds; the next header then is not there.

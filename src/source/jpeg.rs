@@ -27,12 +27,11 @@ pub(super) struct Jpeg {
     pub(super) bytes: Vec<u8>,
     /// Whether its end marker is there. The decoder does not say.
     pub(super) complete: bool,
-    /// Whether it is sequential, with scans of fewer components than the picture has, and chroma that is
-    /// halved vertically: zune-jpeg decodes these wrongly.
+    /// Whether it is sequential, with scans of fewer components than the picture has: zune-jpeg decodes many
+    /// of these wrongly.
     pub(super) split_scans: bool,
-    /// Components of a sequential picture, and whether their heights differ.
+    /// Components of a sequential picture.
     components: u8,
-    uneven: bool,
     metadata: u64,
 }
 
@@ -132,11 +131,12 @@ impl Reader {
         let mut data = Vec::with_capacity(bytes as usize);
         (&mut self.file).take(bytes).read_to_end(&mut data)?;
         if SEQUENTIAL.contains(&marker) {
-            self.note_components(&data);
+            // The header of a frame (T.81, B.2.2).
+            self.jpeg.components = data.get(5).copied().unwrap_or(0);
         }
         if marker == START_OF_SCAN {
             let few = data.first().is_some_and(|&n| n < self.jpeg.components);
-            self.jpeg.split_scans |= few && self.jpeg.uneven;
+            self.jpeg.split_scans |= few;
         }
         if self.is_needed(marker, &data) {
             self.push(&[0xff, marker, length[0], length[1]])?;
@@ -146,13 +146,6 @@ impl Reader {
             return Err(ErrorKind::UnexpectedEof.into());
         }
         Ok(())
-    }
-
-    /// Notes the components in the header of a frame (T.81, B.2.2).
-    fn note_components(&mut self, data: &[u8]) {
-        let heights = || data.get(6..).unwrap_or_default().chunks_exact(3).map(|c| c[1] & 15);
-        self.jpeg.components = heights().count() as u8;
-        self.jpeg.uneven = heights().max() != heights().min();
     }
 
     /// Whether a decoder needs the segment: of applications', JFIF's, EXIF, ICC profiles and Adobe's.

@@ -1,5 +1,4 @@
-//! JPEGs that zune-jpeg decodes wrongly, by the `jpeg-decoder` crate: one scan a component, chroma halved
-//! vertically.
+//! JPEGs that zune-jpeg decodes wrongly, by the `jpeg-decoder` crate: one scan a component.
 
 use std::io::ErrorKind;
 

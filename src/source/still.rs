@@ -12,7 +12,7 @@ use super::jpeg::Jpeg;
 use super::limit::{Limit, METADATA};
 use super::png::Rows;
 use super::profile::{ColourSpace, ToSrgb};
-use super::tiff::{Extra, Indexed, Tags};
+use super::tiff::{Extra, FewBits, Tags};
 use super::{SourceOptions, detect, fence, jpeg_fallback, png, tiff, webp};
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Rgba, check_size};
@@ -190,7 +190,7 @@ enum Pixels<'a> {
     Png(Box<png::Png>),
     Image(Box<dyn ImageDecoder + 'a>),
     Jpeg(Vec<u8>),
-    Indexed(Indexed),
+    FewBits(FewBits),
 }
 
 impl Opened<'_> {
@@ -239,7 +239,7 @@ impl Opened<'_> {
                 if copies { bytes } else { 2 * bytes }
             }
             Pixels::Jpeg(_) => 6,
-            Pixels::Indexed(_) => 2,
+            Pixels::FewBits(_) => 2,
         }
     }
 
@@ -251,7 +251,7 @@ impl Opened<'_> {
             Pixels::Png(decoder) => decode_png(*decoder, facts.size),
             Pixels::Image(decoder) => decode_image(path, decoder, format)?,
             Pixels::Jpeg(bytes) => decoded(jpeg_fallback::decode(&bytes)),
-            Pixels::Indexed(indexed) => decoded(indexed.decode()),
+            Pixels::FewBits(few_bits) => decoded(few_bits.decode()),
         };
         let cut = match read {
             Ok(()) => None,
@@ -369,12 +369,12 @@ fn open_jpeg<'a>(path: &Path, limit: Limit, header: bool) -> Result<Opened<'a>> 
 
 fn open_tiff<'a>(path: &Path, limit: Limit) -> Result<Opened<'a>> {
     let file = || detect::open(path).map(BufReader::new);
-    let Tags { extra, space, gray, orientation, indexed } =
+    let Tags { extra, space, gray, orientation, few_bits } =
         tiff::read(file()?, limit).map_err(|what| Error::input(path, what))?;
-    if let Some(indexed) = indexed {
+    if let Some(few_bits) = few_bits {
         let orientation = Orientation::from_exif(orientation).unwrap_or(Orientation::NoTransforms);
-        let facts = Facts { size: indexed.size(), alpha: false, orientation, space, gray, extra };
-        let pixels = Pixels::Indexed(indexed);
+        let facts = Facts { size: few_bits.size(), alpha: false, orientation, space, gray, extra };
+        let pixels = Pixels::FewBits(few_bits);
         return Ok(Opened { format: ImageFormat::Tiff, facts, pixels, missing: None });
     }
     let mut opened =

@@ -24,19 +24,18 @@ pub(super) struct Tags {
     pub(super) gray: bool,
     /// How it must be turned to stand upright (tag Orientation).
     pub(super) orientation: u8,
-    /// A picture of indices, which is decoded here.
-    pub(super) indexed: Option<Indexed>,
+    /// A gray picture of few bits, which is decoded here.
+    pub(super) few_bits: Option<FewBits>,
 }
 
-/// A picture of indices of a few bits into a table of colours; gray pictures of 2 and 4 bits count as such.
-pub(super) struct Indexed {
+/// A gray picture of 2 or 4 bits, which the `image` crate does not read.
+pub(super) struct FewBits {
     decode: Box<dyn FnOnce() -> TiffResult<DecodingResult>>,
     size: Size,
-    colours: Vec<[u8; 3]>,
     bits: u8,
 }
 
-impl Indexed {
+impl FewBits {
     /// Width and height as they lie in the file.
     pub(super) fn size(&self) -> Size {
         self.size
@@ -57,9 +56,9 @@ impl Indexed {
             pixels.extend((0..width).map(|x| {
                 // Rows are packed from the highest bit on.
                 let byte = row.get(x * bits / 8).copied().unwrap_or(0);
-                let index = usize::from(byte) >> (8 - bits - x * bits % 8) & mask;
-                let [r, g, b] = self.colours[index];
-                [r, g, b, 255]
+                let value = usize::from(byte) >> (8 - bits - x * bits % 8) & mask;
+                let gray = (value * 255 / mask) as u8;
+                [gray, gray, gray, 255]
             }));
         }
         pixels.resize(self.size.pixels(), [0, 0, 0, 255]);
@@ -116,7 +115,7 @@ pub(super) fn read<R: BufRead + Seek + 'static>(reader: R, limit: Limit) -> Resu
     let space = if cmyk { None } else { file.colour_space() };
     let (extra, orientation) =
         (file.extra(), file.number(Tag::Orientation).unwrap_or(1).min(255) as u8);
-    Ok(Tags { extra, space, gray, orientation, indexed: file.indexed(colour) })
+    Ok(Tags { extra, space, gray, orientation, few_bits: file.few_bits(colour) })
 }
 
 struct File<R: BufRead + Seek>(Decoder<R>);
@@ -201,40 +200,16 @@ impl<R: BufRead + Seek> File<R> {
         [white, primaries.red, primaries.green].iter().all(possible).then_some(primaries)
     }
 
-    /// The picture, if it is one of indices, or of grays that the `image` crate does not read.
-    fn indexed(mut self, colour: Option<ColorType>) -> Option<Indexed>
+    /// The picture, if it is gray and of few bits.
+    fn few_bits(mut self, colour: Option<ColorType>) -> Option<FewBits>
     where
         R: 'static,
     {
-        let (colours, bits) = match colour? {
-            ColorType::Palette(bits @ 8) => (self.colours(bits)?, bits),
-            ColorType::Gray(bits @ (2 | 4)) => {
-                let step = 255 / ((1u16 << bits) - 1);
-                ((0..1 << bits).map(|v: u16| [(v * step) as u8; 3]).collect(), bits)
-            }
-            _ => return None,
-        };
+        let Some(ColorType::Gray(bits @ (2 | 4))) = colour else { return None };
         let (width, height) = self.0.dimensions().ok()?;
         let mut decoder = self.0;
         let decode = Box::new(move || decoder.read_image());
-        Some(Indexed { decode, size: Size::new(width, height), colours, bits })
-    }
-
-    /// The colours of a palette (tag ColorMap: all reds, greens, blues, of 16 bits).
-    fn colours(&mut self, bits: u8) -> Option<Vec<[u8; 3]>> {
-        let map = self.numbers(Tag::ColorMap);
-        let entries = 1usize << bits;
-        if map.len() != 3 * entries {
-            return None;
-        }
-        // Some writers store 8-bit values.
-        let wide = map.iter().any(|&v| v > 255);
-        let byte = |v: u64| if wide { (v.min(65535) >> 8) as u8 } else { v as u8 };
-        Some(
-            (0..entries)
-                .map(|i| [map[i], map[entries + i], map[2 * entries + i]].map(byte))
-                .collect(),
-        )
+        Some(FewBits { decode, size: Size::new(width, height), bits })
     }
 }
 

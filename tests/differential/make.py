@@ -151,6 +151,10 @@ def png(rng, path):
 def apng(rng, path):
     colour = rng.choice([2, 6, 6, 6, 3, 0, 4])
     depth, interlaced = rng.choice(DEPTHS[colour]), rng.random() < 0.25
+    # Of 16 bits, no other reader blends; and without alpha, they have no transparency to clear with.
+    deep, opaque = depth == 16, colour in (0, 2, 3)
+    if deep:
+        colour, opaque = 2, True
     canvas = some_size(rng)
     head, rest, entries = png_head(rng, canvas, colour, depth, interlaced)
     count, hidden = rng.randint(1, 7), rng.random() < 0.25
@@ -161,11 +165,11 @@ def apng(rng, path):
     number = 0
     for i in range(count):
         size, place = canvas, (0, 0)
-        if i > 0 or (hidden and rng.random() < 0.5):
+        if i > 0 or (hidden and not opaque and rng.random() < 0.5):
             size = rng.randint(1, canvas[0]), rng.randint(1, canvas[1])
             place = rng.randint(0, canvas[0] - size[0]), rng.randint(0, canvas[1] - size[1])
         control = struct.pack(">IIIIIHHBB", number, *size, *place, rng.randrange(1, 9), rng.choice([0, 10, 100]),
-                              rng.randrange(3), rng.randrange(2))
+                              0 if opaque else rng.randrange(3), 0 if deep else rng.randrange(2))
         parts.append(chunk(b"fcTL", control))
         number += 1
         if i == 0 and not hidden:
@@ -209,7 +213,9 @@ def gif(rng, path):
     if rng.random() < 0.5:
         name = rng.choice([b"NETSCAPE2.0", b"ANIMEXTS1.0"])
         parts.append(b"!\xff\x0b" + name + b"\x03\x01" + struct.pack("<H", rng.randrange(5)) + b"\0")
+    # Without a transparent colour, other readers clear to the background's: browsers do not.
     transparent = rng.random() < 0.7
+    disposals = 4 if transparent else 2
     for i in range(rng.randint(1, 7)):
         size, place = canvas, (0, 0)
         if i:
@@ -217,7 +223,7 @@ def gif(rng, path):
             place = rng.randint(0, canvas[0] - size[0]), rng.randint(0, canvas[1] - size[1])
         if rng.random() < 0.2:
             parts.append(rng.choice([b"!\x42\x02ab\0", b"!\xfe\x03hey\0"]))
-        flags = rng.randrange(4) << 2 | int(transparent)
+        flags = rng.randrange(disposals) << 2 | int(transparent)
         parts.append(b"!\xf9\x04" + struct.pack("<BHB", flags, rng.randrange(2, 20), rng.randrange(16)) + b"\0")
         interlaced, local = rng.random() < 0.3, rng.random() < 0.3
         rows = [bytes(p[0] for p in row) for row in samples(rng, 3, 4, size, 16)]
@@ -275,13 +281,13 @@ def webp_animation(rng, path):
 
 def tiff(rng, path):
     if rng.random() < 0.4:
-        mode = rng.choice(["1", "L", "P", "RGB", "RGBA", "LA", "CMYK"])
+        mode = rng.choice(["1", "L", "RGB", "RGBA", "LA", "CMYK"])
         compression = rng.choice([None, "packbits", "tiff_lzw", "tiff_adobe_deflate"])
         picture(rng, mode, some_size(rng)).save(path, "TIFF", compression=compression)
         return 1, 1
     order = rng.choice("<>")
-    kind = rng.choice(["gray", "white", "palette", "rgb", "rgba", "premultiplied"])
-    bits = {"gray": (1, 2, 4, 8, 16), "white": (1, 2, 4, 8), "palette": (4, 8)}.get(kind, (8, 16))
+    kind = rng.choice(["gray", "white", "rgb", "rgba", "premultiplied"])
+    bits = {"gray": (1, 2, 4, 8, 16), "white": (1, 2, 4, 8)}.get(kind, (8, 16))
     depth, size = rng.choice(bits), some_size(rng)
     if kind == "premultiplied":
         depth = 8
@@ -300,11 +306,9 @@ def tiff(rng, path):
         strips = [b"".join(swapped(packed(row, depth)) for row in plane) for plane in planes]
     else:
         strips = [b"".join(swapped(packed(row, depth)) for row in rows)]
-    photometric = {"gray": 1, "white": 0, "palette": 3}.get(kind, 2)
+    photometric = {"gray": 1, "white": 0}.get(kind, 2)
     tags = {256: [size[0]], 257: [size[1]], 258: [depth] * count, 259: [1], 262: [photometric],
-            274: [rng.randint(1, 8)], 277: [count], 278: [size[1]], 284: [2 if planar else 1]}
-    if kind == "palette":
-        tags[320] = [rng.randrange(256) * 257 for _ in range(3 << depth)]
+            274: [1 if (kind, depth) == ("gray", 16) else rng.randint(1, 8)], 277: [count], 278: [size[1]], 284: [2 if planar else 1]}
     if count == 4:
         tags[338] = [1 if kind == "premultiplied" else 2]
     at = 8
