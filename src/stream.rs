@@ -73,3 +73,8 @@ pub struct Span {
     /// How long, where it is known.
     pub length: Option<Rational>,
 }
+
+/// Whether `tags` are those of HDR: of PQ or HLG.
+pub fn is_hdr(tags: &Colorimetry) -> bool {
+    matches!(tags.transfer.as_deref(), Some("smpte2084" | "arib-std-b67"))
+}

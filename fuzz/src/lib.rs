@@ -23,7 +23,7 @@ pub fn read_as_input(bytes: &[u8]) {
         file.rewind().expect("a file");
         file.write_all(bytes).expect("a file");
         let options = SourceOptions {
-            ffmpeg: Some("/nonexistent/ffmpeg".into()),
+            ffmpeg: std::path::PathBuf::from("/nonexistent/ffmpeg").into(),
             ..SourceOptions::default()
         };
         let Ok(input) = polyreel::open(&[file.path()], &options) else { return };

@@ -298,9 +298,14 @@ const SERIOUS: [&str; 4] = ["[error]", "[fatal]", "[panic]", "corrupt decoded fr
 /// What an ffmpeg says that does not know our options. All came with 5.1 or before.
 const TOO_OLD: [&str; 2] = ["Unrecognized option 'fps_mode'", "Option fps_mode not found"];
 
-/// Remarks that sound files and our own options cause.
-const HARMLESS: [&str; 3] =
-    ["mmco: unref short failure", "co located POCs unavailable", "deprecated pixel format"];
+/// Remarks that sound files and our own options cause. The last one is of packets that are only read so that
+/// ffmpeg mends the clocks of all streams alike, and then go nowhere.
+const HARMLESS: [&str; 4] = [
+    "mmco: unref short failure",
+    "co located POCs unavailable",
+    "deprecated pixel format",
+    "null: Application provided invalid, non monotonically increasing dts",
+];
 
 fn keep(words: &mut Words, line: &[u8]) {
     let line = String::from_utf8_lossy(line);

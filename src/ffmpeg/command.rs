@@ -25,11 +25,7 @@ pub(crate) fn is_url(path: &Path) -> bool {
     })
 }
 
-/// Options that say what kind of input `path` is, where ffmpeg cannot know.
-pub(crate) fn input_format(path: &Path) -> Vec<OsString> {
-    if is_camera(path) { arguments([&"-f", &"v4l2"]) } else { Vec::new() }
-}
-
+/// Whether `path` is a camera.
 pub(crate) fn is_camera(path: &Path) -> bool {
     path.to_str().is_some_and(|text| text.starts_with("/dev/video"))
 }
@@ -43,6 +39,14 @@ pub(crate) fn arguments<const N: usize>(parts: [&dyn AsRef<OsStr>; N]) -> Vec<Os
 pub(crate) fn seconds(time: Rational) -> String {
     let (num, den) = (i128::from(time.num), i128::from(time.den));
     format!("{}us", (2_000_000 * num + den).div_euclid(2 * den))
+}
+
+/// Options that move an input's times, from 0 at its first stream, by `offset` seconds. Never by 0: of an offset
+/// that is not ours ffmpeg takes the liberty to change it, where (MPEG-TS) streams that we do not want begin before
+/// those that we do.
+pub(crate) fn moved(offset: Rational) -> Vec<OsString> {
+    let offset = seconds(offset);
+    arguments([&"-itsoffset", &if offset == "0us" { "1us" } else { offset.as_str() }])
 }
 
 #[cfg(test)]

@@ -8,13 +8,21 @@ pub(crate) mod command;
 #[cfg(feature = "ffmpeg")]
 mod fields;
 #[cfg(feature = "ffmpeg")]
+pub(crate) mod formats;
+#[cfg(feature = "ffmpeg")]
+mod heif;
+#[cfg(feature = "ffmpeg")]
 pub mod nut;
 #[cfg(feature = "ffmpeg")]
 mod pipe;
 #[cfg(feature = "ffmpeg")]
+mod pixels;
+#[cfg(feature = "ffmpeg")]
 pub(crate) mod probe;
 mod processes;
 mod programs;
+#[cfg(feature = "ffmpeg")]
+pub(crate) mod tracks;
 #[cfg(feature = "ffmpeg")]
 mod watch;
 

@@ -6,12 +6,16 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::colour::{Coding, Layout, Sampling, Siting};
+use crate::colour::{Coding, Layout, Siting};
 use crate::error::{Error, Result};
 use crate::ffmpeg::Ffmpeg;
 use crate::ffmpeg::child::Child;
-use crate::ffmpeg::command::{address, arguments, input_format, is_camera, is_url};
+use crate::ffmpeg::command::{address, arguments, is_camera, is_url};
 use crate::ffmpeg::fields::{clock, decimal, fraction, text};
+use crate::ffmpeg::formats::{input_format, is_list, is_still, mending, restarts};
+use crate::ffmpeg::heif::{self, Heif};
+use crate::ffmpeg::pixels::{alpha_decoder, pipe_format};
+use crate::ffmpeg::tracks::{Extras, alpha_stream, codec, extras, picture, streams, tag};
 use crate::frame::{Colorimetry, Rational, check_size};
 use crate::geom::Size;
 use crate::stream::{Loops, StreamInfo};
@@ -20,11 +24,12 @@ use crate::stream::{Loops, StreamInfo};
 const MAX_ANSWER: u64 = 4 << 20;
 
 /// What is asked for.
-const ENTRIES: &str = "stream=index,codec_name,codec_type,width,height,pix_fmt,\
+const ENTRIES: &str = "stream=index,codec_name,codec_type,width,height,pix_fmt,sample_fmt,\
     sample_aspect_ratio,color_range,color_space,color_transfer,color_primaries,chroma_location,\
     r_frame_rate,avg_frame_rate,time_base,start_pts,duration_ts,nb_frames,sample_rate,channels\
-    :stream_disposition=attached_pic:stream_tags=DURATION,alpha_mode,rotate\
-    :stream_side_data=rotation:format=format_name,start_time,duration";
+    :stream_disposition=attached_pic,default:stream_tags\
+    :stream_side_data=rotation:format=format_name,start_time,duration,size:format_tags\
+    :chapter=start_time,end_time:chapter_tags=title";
 
 /// How pixels come through the pipe.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +59,14 @@ pub(crate) struct Track {
     pub(crate) end: Option<Rational>,
     /// Whether the container tells where its frames lie, so that one need not begin at the first.
     pub(crate) has_index: bool,
+    /// The clock of the container, where it may start again.
+    pub(crate) repair: Option<Repair>,
+    /// Whether it is one picture.
+    pub(crate) still: bool,
+    /// Filters of ffmpeg that come before all others, each with a comma behind it.
+    pub(crate) filters: String,
+    /// The stream that is its transparency.
+    pub(crate) alpha: Option<u64>,
 }
 
 impl Track {
@@ -66,15 +79,28 @@ impl Track {
     }
 }
 
-/// The sound of a file.
+/// How ffmpeg is asked to mend a clock that may start again. It looks at all streams that are read: picture and
+/// sound are mended alike only where both are.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Repair {
+    /// Options that choose the reader.
+    pub(crate) reader: Vec<OsString>,
+    /// What ffmpeg's times, which begin at 0 with the first stream, are to be moved by.
+    pub(crate) offset: Rational,
+    /// The streams that are read, the picture's first.
+    pub(crate) streams: Vec<u64>,
+}
+
+/// What goes into a video besides the picture, and its times.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SoundTracks {
-    /// The codec of each track in ffmpeg's words; none if there is nothing to hear.
-    pub(crate) codecs: Vec<String>,
+    pub(crate) extras: Extras,
     /// What our times are ahead of ffmpeg's, which begin at 0 with the first stream.
     pub(crate) shift: Rational,
     /// When the picture beside it begins, in our times, if there is one and it is told.
     pub(crate) picture: Option<Rational>,
+    /// How its clock is mended.
+    pub(crate) repair: Option<Repair>,
 }
 
 /// Everything that ffprobe told.
@@ -87,9 +113,15 @@ pub(crate) struct Probed {
 
 /// Asks ffprobe about `path`.
 fn ask(path: &Path, ffmpeg: &Ffmpeg) -> Result<Value> {
+    run(path, ffmpeg, &[], ENTRIES)
+}
+
+/// Asks ffprobe for `entries` of `path`, with further options.
+fn run(path: &Path, ffmpeg: &Ffmpeg, options: &[&str], entries: &str) -> Result<Value> {
     let fail = |what: String| Error::input(path, what);
     let mut args = arguments([&"-v", &"level+error", &"-of", &"json"]);
-    args.extend(arguments([&"-show_entries", &ENTRIES]));
+    args.extend(options.iter().map(OsString::from));
+    args.extend(arguments([&"-show_entries", &entries]));
     args.extend(input_format(path));
     args.extend([OsString::from("-i"), address(path)]);
     let mut probe = Child::ffprobe(ffmpeg, &args).map_err(fail)?;
@@ -105,12 +137,28 @@ fn ask(path: &Path, ffmpeg: &Ffmpeg) -> Result<Value> {
     }
     let status = probe.wait().map_err(|error| fail(format!("ffprobe: {error}")))?;
     if !status.success() {
-        return Err(fail(format!("ffmpeg cannot read it: {}", probe.last_words())));
+        return Err(fail(unreadable(path, &probe.last_words())));
     }
     serde_json::from_str(&answer).map_err(|error| fail(format!("ffprobe's answer: {error}")))
 }
 
-/// Probes the first video stream of `path` that is not a cover picture.
+/// Why ffprobe could not read `path`, with what helps.
+fn unreadable(path: &Path, words: &str) -> String {
+    let heif = !is_url(path) && heif::read(path).is_some();
+    let help = if words.contains("not on whitelist") {
+        "; it lists other files, which only a .m3u8, .mpd, .ffconcat or .sdp may do: rename it if you trust it"
+    } else if heif {
+        HEIF_HELP
+    } else {
+        ""
+    };
+    format!("ffmpeg cannot read it: {words}{help}")
+}
+
+const HEIF_HELP: &str = "; this ffmpeg does not know this kind of HEIC or AVIF: convert it first, for \
+    instance by heif-dec IN.heic OUT.png (libheif)";
+
+/// Probes the video stream of `path` that ffmpeg would choose, but no cover.
 ///
 /// # Errors
 /// When ffprobe is missing, cannot read the file, or there is no video that we can work on.
@@ -121,13 +169,42 @@ pub(crate) fn probe(path: &Path, ffmpeg: &Ffmpeg) -> Result<Probed> {
         // ffmpeg takes any text for a film of a terminal.
         return Err(Error::input(path, "is text, neither a picture nor a video"));
     }
+    let container = text(&answer["format"], "format_name").unwrap_or("unknown");
+    let heif = if container.split(',').any(|name| name == "mp4") && !is_url(path) {
+        heif::read(path)
+    } else {
+        None
+    };
+    if heif.is_some_and(|heif| heif.grid) {
+        return Err(Error::input(path, format!("is put together from tiles{HEIF_HELP}")));
+    }
     let pix_fmt = text(stream, "pix_fmt")
         .ok_or_else(|| Error::input(path, "ffmpeg has no decoder for this video"))?;
-    let size = shown_size(stream).ok_or_else(|| Error::input(path, "the video has no size"))?;
+    let mut size = shown_size(stream).ok_or_else(|| Error::input(path, "the video has no size"))?;
+    let frames = text(stream, "nb_frames").and_then(|n| n.parse().ok());
+    let still = is_still(container) || heif.is_some() && frames == Some(1);
+    let mut filters = String::new();
+    // Newer ffmpegs tell how the picture is turned, and turn it.
+    if let Some(heif) = heif.filter(|_| still && rotation(stream) == 0.0) {
+        filters = turning(heif);
+        if heif.turns % 2 == 1 {
+            size = Size::new(size.height, size.width);
+        }
+    }
     check_size(size).map_err(|error| Error::input(path, error.to_string()))?;
     let codec = codec(stream);
     let decoder = alpha_decoder(stream, codec);
-    let (format, sampling, alpha) = pipe_format(pix_fmt, decoder.is_some());
+    let alpha_stream = heif.filter(|heif| heif.alpha).map(|_| {
+        alpha_stream(&answer, stream).ok_or_else(|| {
+            Error::input(
+                path,
+                "has transparency that this ffmpeg does not read (9 does): convert it to PNG first",
+            )
+        })
+    });
+    let alpha_stream = alpha_stream.transpose()?;
+    let (format, sampling, alpha) =
+        pipe_format(pix_fmt, decoder.is_some() || alpha_stream.is_some());
     let tags = colorimetry(stream);
     let pixels = match sampling {
         Some(sampling) => {
@@ -143,27 +220,56 @@ pub(crate) fn probe(path: &Path, ffmpeg: &Ffmpeg) -> Result<Probed> {
     };
     let time_base = text(stream, "time_base").and_then(fraction).unwrap_or(Rational::new(1, 1000));
     let end = promised_end(&answer, stream, time_base);
-    let container = text(&answer["format"], "format_name").unwrap_or("unknown");
+    let duration = end.or_else(|| text(&answer["format"], "duration").and_then(decimal));
+    let live = is_live(path, &answer);
+    let index = stream["index"].as_u64().unwrap_or(0);
+    let sound = sound_tracks(&answer, Some(index));
     let info = StreamInfo {
         format: format!("{codec} in {}", container.split(',').next().unwrap_or(container)),
         size,
-        frames: text(stream, "nb_frames").and_then(|n| n.parse().ok()),
-        rate: rate(stream),
-        duration: end.or_else(|| text(&answer["format"], "duration").and_then(decimal)),
+        frames: if still { Some(1) } else { frames },
+        rate: rate(stream).filter(|_| !still),
+        duration: duration.filter(|_| !still),
         alpha,
-        still: false,
+        still,
         loops: Loops::Once,
-        audio: streams(&answer, "audio").next().map(in_words),
-        live: is_live(path, &answer),
+        audio: streams(&answer, "audio").find(|s| text(s, "sample_fmt").is_some()).map(in_words),
+        live,
         colour: sampling.is_some().then_some(tags),
     };
-    let index = stream["index"].as_u64().unwrap_or(0);
-    let zero = (!info.live).then(|| zero(&answer));
-    // As ffmpeg names them, with their kin: mov,mp4,m4a,3gp,3g2,mj2 and matroska,webm.
-    let has_index =
-        !info.live && container.split(',').any(|name| matches!(name, "mp4" | "matroska"));
-    let track = Track { index, time_base, format, pixels, decoder, zero, end, has_index };
-    Ok(Probed { info, track, sound: sound_tracks(&answer) })
+    let zero = match &sound.repair {
+        _ if live => None,
+        Some(_) => Some(Rational::ZERO),
+        None => Some(zero(&answer)),
+    };
+    let track = Track {
+        index,
+        time_base,
+        format,
+        pixels,
+        decoder,
+        zero,
+        // A clock that may start again promises nothing.
+        end: end.filter(|_| sound.repair.is_none() && !still),
+        // As ffmpeg names them, with their kin: mov,mp4,m4a,3gp,3g2,mj2 and matroska,webm.
+        has_index: !live && container.split(',').any(|name| matches!(name, "mp4" | "matroska")),
+        repair: sound.repair.clone(),
+        still,
+        filters,
+        alpha: alpha_stream,
+    };
+    Ok(Probed { info, track, sound })
+}
+
+/// Filters that turn a HEIF picture as it is to be shown.
+fn turning(heif: Heif) -> String {
+    let turn = ["", "transpose=cclock,", "hflip,vflip,", "transpose=clock,"];
+    let mirror = match heif.mirror {
+        Some(0) => "vflip,",
+        Some(_) => "hflip,",
+        None => "",
+    };
+    format!("{}{mirror}", turn[usize::from(heif.turns & 3)])
 }
 
 /// The sound of `path`, which need not have a picture.
@@ -171,18 +277,30 @@ pub(crate) fn probe(path: &Path, ffmpeg: &Ffmpeg) -> Result<Probed> {
 /// # Errors
 /// When ffprobe is missing or cannot read the file.
 pub(crate) fn probe_sound(path: &Path, ffmpeg: &Ffmpeg) -> Result<SoundTracks> {
-    Ok(sound_tracks(&ask(path, ffmpeg)?))
+    Ok(sound_tracks(&ask(path, ffmpeg)?, None))
 }
 
-fn streams<'a>(answer: &'a Value, kind: &'a str) -> impl Iterator<Item = &'a Value> {
-    let all = answer["streams"].as_array().map_or(&[][..], Vec::as_slice);
-    all.iter().filter(move |stream| text(stream, "codec_type") == Some(kind))
-}
-
-fn sound_tracks(answer: &Value) -> SoundTracks {
-    let codecs = streams(answer, "audio").map(|stream| codec(stream).to_string()).collect();
+/// What there is besides the picture in the stream `index`.
+fn sound_tracks(answer: &Value, index: Option<u64>) -> SoundTracks {
     let picture = picture(answer).and_then(begin).map(|begin| begin - zero(answer));
-    SoundTracks { codecs, shift: origin(answer) - zero(answer), picture }
+    let (extras, shift) = (extras(answer, zero(answer)), origin(answer) - zero(answer));
+    let container = text(&answer["format"], "format_name").unwrap_or("unknown");
+    let repair = restarts(container).then(|| Repair {
+        reader: mending(container),
+        offset: shift,
+        streams: index.into_iter().chain(extras.sound.iter().map(|track| track.index)).collect(),
+    });
+    SoundTracks { extras, shift, picture, repair }
+}
+
+/// Whether the file `path` has a picture that can be read: the first packet of one is there.
+///
+/// # Errors
+/// When ffprobe is missing or cannot read the file.
+pub(crate) fn probe_packet(path: &Path, ffmpeg: &Ffmpeg) -> Result<bool> {
+    let which = ["-select_streams", "v:0", "-read_intervals", "%+#1"];
+    let answer = run(path, ffmpeg, &which, "packet=size")?;
+    Ok(answer["packets"].as_array().is_some_and(|packets| !packets.is_empty()))
 }
 
 /// How long after the first stream of the file `path` its picture begins, in seconds.
@@ -193,12 +311,6 @@ pub(crate) fn probe_lead(path: &Path, ffmpeg: &Ffmpeg) -> Result<Rational> {
     let answer = ask(path, ffmpeg)?;
     let begin = picture(&answer).and_then(begin).unwrap_or_else(|| origin(&answer));
     Ok(begin - origin(&answer))
-}
-
-/// The first video stream that is not a cover picture.
-fn picture(answer: &Value) -> Option<&Value> {
-    streams(answer, "video")
-        .find(|stream| stream["disposition"]["attached_pic"].as_u64() != Some(1))
 }
 
 /// The moment at which a stream begins, by the container's clock.
@@ -212,10 +324,6 @@ fn in_words(stream: &Value) -> String {
     let rate = text(stream, "sample_rate").unwrap_or("?");
     let channels = stream["channels"].as_u64().unwrap_or(0);
     format!("{} {rate} Hz {channels} ch", codec(stream))
-}
-
-fn codec(stream: &Value) -> &str {
-    text(stream, "codec_name").unwrap_or("unknown")
 }
 
 /// The rate in whose steps all frames are shown (some may be left out), if it is one that a camera
@@ -243,7 +351,7 @@ fn shown_size(stream: &Value) -> Option<Size> {
 fn rotation(stream: &Value) -> f64 {
     let side_data = stream["side_data_list"].as_array().map_or(&[][..], Vec::as_slice);
     let told = side_data.iter().find_map(|data| data["rotation"].as_f64());
-    told.or_else(|| stream["tags"]["rotate"].as_str()?.parse().ok()).unwrap_or(0.0)
+    told.or_else(|| tag(stream, "rotate")?.parse().ok()).unwrap_or(0.0)
 }
 
 fn colorimetry(stream: &Value) -> Colorimetry {
@@ -254,51 +362,6 @@ fn colorimetry(stream: &Value) -> Colorimetry {
         primaries: tag("color_primaries"),
         transfer: tag("color_transfer"),
     }
-}
-
-/// ffmpeg's own VP8 and VP9 decoders leave alpha out; the library's have it.
-fn alpha_decoder(stream: &Value, codec: &str) -> Option<&'static str> {
-    match (stream["tags"]["alpha_mode"].as_str()?, codec) {
-        ("1", "vp8") => Some("libvpx"),
-        ("1", "vp9") => Some("libvpx-vp9"),
-        _ => None,
-    }
-}
-
-/// The format to ask for when the stream has `pix_fmt`: the same where it has planes of 8 bits, else
-/// what loses least; its sampling (`None` for RGB); and whether it has alpha.
-fn pipe_format(pix_fmt: &str, with_alpha: bool) -> (&'static str, Option<Sampling>, bool) {
-    use Sampling::{Gray, Yuv420, Yuv422, Yuv444};
-    let has = |parts: &[&str]| parts.iter().any(|part| pix_fmt.contains(part));
-    let alpha = with_alpha
-        || pix_fmt.starts_with("ya")
-        || has(&["yuva", "rgba", "bgra", "argb", "abgr", "gbrap", "pal8", "vuya", "ayuv"]);
-    let sampling = if has(&["420", "nv12", "nv21", "p010", "p012", "p016"]) {
-        Yuv420
-    } else if has(&["422", "nv16", "nv20", "p210", "p216", "y210", "y212"]) {
-        Yuv422
-    } else if has(&["yuv", "nv24", "nv42", "p410", "p416", "vuy", "xv"]) {
-        Yuv444
-    } else if has(&["gray", "mono"]) {
-        Gray
-    } else {
-        return ("rgba", None, alpha);
-    };
-    // The `j` formats are full range: asking for the others would make ffmpeg convert it.
-    let full = pix_fmt.starts_with("yuvj");
-    let format = match (sampling, alpha, full) {
-        (Yuv420, true, _) => "yuva420p",
-        (Yuv422, true, _) => "yuva422p",
-        (Yuv444, true, _) => "yuva444p",
-        (Yuv420, _, true) => "yuvj420p",
-        (Yuv422, _, true) => "yuvj422p",
-        (Yuv444, _, true) => "yuvj444p",
-        (Yuv420, ..) => "yuv420p",
-        (Yuv422, ..) => "yuv422p",
-        (Yuv444, ..) => "yuv444p",
-        (Gray, ..) => "gray",
-    };
-    (format, Some(sampling), alpha)
 }
 
 /// The moment at which the first stream begins, by the container's clock.
@@ -323,12 +386,17 @@ fn promised_end(answer: &Value, stream: &Value, time_base: Rational) -> Option<R
         let start = scale(stream["start_pts"].as_i64().unwrap_or(0));
         return Some(start + scale(duration) - zero);
     }
-    stream["tags"]["DURATION"].as_str().and_then(clock).map(|end| end - zero)
+    tag(stream, "DURATION").and_then(clock).map(|end| end - zero)
 }
 
-/// Cameras and streams without an end.
+/// Cameras and streams without an end. What comes from a network with its size is a finished file, even if it does
+/// not tell its duration.
 fn is_live(path: &Path, answer: &Value) -> bool {
-    is_camera(path) || is_url(path) && text(&answer["format"], "duration").is_none()
+    let format = &answer["format"];
+    let sized = text(format, "size").and_then(|size| size.parse::<u64>().ok()).unwrap_or(0) > 0;
+    let container = text(format, "format_name").unwrap_or("unknown");
+    let finished = text(format, "duration").is_some() || sized && !is_list(container);
+    is_camera(path) || is_url(path) && !finished
 }
 
 #[cfg(test)]
@@ -343,20 +411,6 @@ mod tests {
         assert_eq!(shown_size(&stream), Some(Size::new(576, 768)));
         let plain = json!({"width": 3, "height": 5, "sample_aspect_ratio": "0:1"});
         assert_eq!(shown_size(&plain), Some(Size::new(3, 5)));
-    }
-
-    #[test]
-    fn formats_keep_what_they_can() {
-        assert_eq!(pipe_format("yuv420p", false).0, "yuv420p");
-        assert_eq!(pipe_format("yuvj422p", false).0, "yuvj422p");
-        assert_eq!(pipe_format("yuv422p10le", false).0, "yuv422p");
-        assert_eq!(pipe_format("nv12", false).0, "yuv420p");
-        assert_eq!(pipe_format("yuva444p12le", false), ("yuva444p", Some(Sampling::Yuv444), true));
-        assert_eq!(pipe_format("gbrp", false), ("rgba", None, false));
-        assert_eq!(pipe_format("bgra", false), ("rgba", None, true));
-        assert_eq!(pipe_format("yuv420p", true).0, "yuva420p");
-        assert_eq!(pipe_format("gray10le", false).0, "gray");
-        assert_eq!(pipe_format("ya8", false), ("rgba", None, true));
     }
 
     #[test]

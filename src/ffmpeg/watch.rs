@@ -141,7 +141,7 @@ impl Idle {
         }
         self.silent += 1;
         self.noisy += u32::from(now.said != before.said);
-        let busy = now.activity == Some(Activity::Disk) || now != before;
+        let busy = now.activity == Some(Activity::Waits) || now != before;
         self.all = if busy { 0 } else { self.all + 1 };
     }
 }
@@ -151,8 +151,8 @@ impl Idle {
 enum Activity {
     /// Processor time used, in the system's units.
     Used(u64),
-    /// One of them waits for a disk, which is no hang.
-    Disk,
+    /// A thread of theirs waits for a disk or for a processor that others keep busy, which is no hang.
+    Waits,
 }
 
 /// What the process `pid` and those that it started do. `None` where the system does not tell.
@@ -161,18 +161,19 @@ fn activity(pid: u32) -> Option<Activity> {
     let stat = std::fs::read_to_string(process.join("stat")).ok()?;
     // Fields of proc(5) after the name, which may hold anything: state first, times of the process and of its
     // reaped children from the twelfth on.
-    let mut fields = stat.rsplit_once(')')?.1.split_whitespace();
-    if fields.next() == Some("D") {
-        return Some(Activity::Disk);
-    }
-    let mut used: u64 = fields.skip(10).take(4).filter_map(|text| text.parse::<u64>().ok()).sum();
+    let fields = stat.rsplit_once(')')?.1.split_whitespace();
+    let mut used: u64 = fields.skip(11).take(4).filter_map(|text| text.parse::<u64>().ok()).sum();
     for task in std::fs::read_dir(process.join("task")).ok()?.flatten() {
+        let state = std::fs::read_to_string(task.path().join("stat")).unwrap_or_default();
+        if state.rsplit_once(") ").is_some_and(|(_, rest)| rest.starts_with(['D', 'R'])) {
+            return Some(Activity::Waits);
+        }
         // Not there in a kernel without CONFIG_PROC_CHILDREN: then nothing is known.
         let children = std::fs::read_to_string(task.path().join("children")).ok()?;
         for child in children.split_whitespace().filter_map(|pid| pid.parse().ok()) {
             match activity(child) {
                 Some(Activity::Used(more)) => used += more,
-                Some(Activity::Disk) => return Some(Activity::Disk),
+                Some(Activity::Waits) => return Some(Activity::Waits),
                 // It has ended this moment.
                 None => {}
             }
@@ -210,7 +211,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn the_time_of_children_counts() {
-        assert!(activity(std::process::id()).is_some());
+        assert!(matches!(activity(std::process::id()), Some(_)));
         assert_eq!(activity(u32::MAX), None);
     }
 }

@@ -59,6 +59,22 @@ impl Container {
         }
     }
 
+    /// ffmpeg's encoder for subtitles in `codec`: `copy` where they are taken as they are, `None` where they are
+    /// not taken at all. Pictures are never made text, nor text pictures.
+    pub(crate) fn subtitle_encoder(self, codec: &str) -> Option<&'static str> {
+        let text = ["subrip", "ass", "ssa", "webvtt", "mov_text", "text"].contains(&codec);
+        let pictures = ["hdmv_pgs_subtitle", "dvd_subtitle", "dvb_subtitle"].contains(&codec);
+        match self {
+            Self::Mkv if codec == "mov_text" => Some("subrip"),
+            Self::Mkv if text || pictures => Some("copy"),
+            Self::Mp4 | Self::Mov if codec == "mov_text" => Some("copy"),
+            Self::Mp4 | Self::Mov if text => Some("mov_text"),
+            Self::WebM if codec == "webvtt" => Some("copy"),
+            Self::WebM if text => Some("webvtt"),
+            _ => None,
+        }
+    }
+
     /// Options that make sound stream `index` one that it takes.
     pub(crate) fn sound_encoder(self, index: usize) -> Vec<OsString> {
         let (codec, rate) = match self {
@@ -209,6 +225,15 @@ mod tests {
         assert_eq!(args, ["-c:v", "libx264", "-crf", "23", "-preset", "slow"]);
         let speeds: Vec<String> = (0..PRESETS.len()).map(speed).collect();
         assert_eq!(speeds, ["8", "7", "6", "5", "4", "3", "1", "0", "0", "0"]);
+    }
+
+    #[test]
+    fn subtitles_go_where_they_fit() {
+        assert_eq!(Container::Mp4.subtitle_encoder("subrip"), Some("mov_text"));
+        assert_eq!(Container::Mkv.subtitle_encoder("dvd_subtitle"), Some("copy"));
+        assert_eq!(Container::WebM.subtitle_encoder("ass"), Some("webvtt"));
+        assert_eq!(Container::Mp4.subtitle_encoder("hdmv_pgs_subtitle"), None);
+        assert_eq!(Container::Mkv.subtitle_encoder("dvb_teletext"), None);
     }
 
     #[test]

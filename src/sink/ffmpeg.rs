@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::ffmpeg::child::Child;
 use crate::ffmpeg::command::{self, arguments};
 use crate::ffmpeg::nut::NutWriter;
-use crate::ffmpeg::probe::probe_lead;
+use crate::ffmpeg::probe::{probe_lead, probe_packet};
 use crate::ffmpeg::{Ffmpeg, Pipe};
 use crate::frame::{Buffers, Colorimetry, Rational, Rgba, check_size};
 use crate::geom::Size;
@@ -40,6 +40,8 @@ pub struct VideoSink {
     /// Whether the sound goes in with the picture.
     along: bool,
     sound_args: Vec<OsString>,
+    /// Whether the user's own options may have left nothing of the picture.
+    checks_output: bool,
     warnings: Vec<String>,
     /// `None` once it is closed.
     writer: Option<NutWriter<Pipe<ChildStdin>>>,
@@ -54,13 +56,20 @@ pub struct VideoSink {
 }
 
 /// Units of time: 1/90000 s, which holds milliseconds and the usual rates, made finer until a frame
-/// of the nominal rate is a whole number of them.
+/// of the nominal rate is a whole number of them, within the limits of what readers of MP4 take. A mean rate is
+/// none whose frames have to be whole.
 fn time_base(rate: Option<Rational>) -> Rational {
     const USUAL: i64 = 90_000;
-    let fine = rate.filter(|rate| rate.num > 0).and_then(|rate| {
+    // ffmpeg's reader takes no table with an offset above 2^28 units between decoding and showing a frame, so
+    // this is also how long a frame may be held: 64 s.
+    const FINEST: i64 = 1 << 22;
+    let rate = rate.filter(|rate| rate.num > 0);
+    let fine = rate.and_then(|rate| {
         let common = Rational::new(rate.num, USUAL);
         // Least common multiple of numerator and 90000.
-        rate.num.checked_mul(common.den).filter(|den| *den < 1 << 30)
+        let whole = rate.num.checked_mul(common.den).filter(|den| *den < FINEST);
+        // Else a multiple of the numerator alone.
+        whole.or_else(|| Some(rate.num * (USUAL / rate.num + 1)).filter(|den| *den < FINEST))
     });
     Rational::new(1, fine.unwrap_or(USUAL))
 }
@@ -102,8 +111,8 @@ impl VideoSink {
             None => time_base(spec.rate),
         };
         let ffmpeg = &options.ffmpeg;
-        let streams = match spec.sound.as_ref().filter(|_| options.audio) {
-            Some(sound) => Streams::of(sound, ffmpeg)?,
+        let streams = match &spec.sound {
+            Some(sound) => Streams::of(sound, ffmpeg, container, options.audio, &mut warnings)?,
             None => None,
         };
         let place = Place::reserve_named(path, with)?;
@@ -117,13 +126,14 @@ impl VideoSink {
         args.extend(tag_arguments(&tags));
         args.extend(picture_args);
         if let Some(streams) = along {
-            args.extend(streams.output(container));
+            args.extend(streams.output(container, None));
             args.extend(sound_args.iter().cloned());
-            args.extend(bare(container));
+            args.extend(bare(container, false));
         }
-        let along = along.is_some();
-        args.extend(placing(container, time_base, streams.is_none() || along));
+        args.extend(placing(container, time_base, streams.is_none() || along.is_some()));
         args.push(command::address(place.path()));
+        args.extend(along.iter().flat_map(|streams| streams.along()));
+        let along = along.is_some();
         let fail = |what: String| Error::output(path, what);
         let mut child = Child::ffmpeg(ffmpeg, &args).map_err(fail)?;
         if options.gives_way {
@@ -146,6 +156,7 @@ impl VideoSink {
             streams,
             along,
             sound_args,
+            checks_output: !options.ffmpeg_args.is_empty(),
             warnings,
             writer,
             child,
@@ -197,6 +208,15 @@ impl VideoSink {
         });
         let number = self.count.checked_sub(1)?;
         (off && length > Rational::ZERO).then_some(Last { number, start, length })
+    }
+
+    /// Whether there is a picture in what was written, whatever the user's options asked for.
+    fn check_output(&self) -> Result<()> {
+        if probe_packet(self.place.path(), &self.ffmpeg).unwrap_or(false) {
+            return Ok(());
+        }
+        let what = "ffmpeg wrote no frame of the picture; look at the options in --ffmpeg-args";
+        Err(Error::output(self.place.named(), what))
     }
 
     /// Adds what could not be told before. `None` if there is nothing to add: the picture begins at 0,
@@ -281,6 +301,9 @@ impl Sink for VideoSink {
         let complained = self.child.complained();
         if !status.success() || complained && !self.along {
             return Err(self.fallen());
+        }
+        if self.checks_output {
+            self.check_output()?;
         }
         let completed = self.complete(complained)?;
         completed.unwrap_or(self.place).commit()

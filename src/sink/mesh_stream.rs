@@ -83,7 +83,7 @@ fn header(info: &StreamInfo, options: &SinkOptions) -> Header {
 
 impl Sink for MeshSink {
     fn needs(&self) -> Needs {
-        Needs { form: None, edges: None, origin: true, plain: true }
+        Needs { origin: true, plain: true, ..Needs::default() }
     }
 
     fn write(&mut self, picture: Picture, origin: Option<Origin>) -> Result<Buffers> {

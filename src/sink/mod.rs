@@ -80,6 +80,9 @@ pub struct Needs {
     pub form: Option<Form>,
     /// The edges that pictures must have, whatever the options say. Default: those of the options.
     pub edges: Option<Edges>,
+    /// Whether pictures are shown as they come, by a window or a live stream: then frames of a live source that
+    /// find no room are dropped. A file gets all of them. Default: no.
+    pub live: bool,
     /// Whether [`Sink::write`] gets the [`Origin`]. If not, the source frame and the mesh are recycled as
     /// soon as the picture is painted. Default: no.
     pub origin: bool,

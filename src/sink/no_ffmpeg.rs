@@ -10,11 +10,11 @@ use crate::frame::Buffers;
 pub use crate::sink::spec::{VideoOptions, VideoSpec};
 
 /// A container of video, none of which can be written.
-pub(crate) struct Container;
+pub struct Container;
 
 impl Container {
     /// Whether the extension of `path` is that of a video.
-    pub(crate) fn of(path: &Path) -> Option<Self> {
+    pub fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         ["mp4", "m4v", "mov", "mkv", "webm"].contains(&extension.as_str()).then_some(Self)
     }

@@ -73,12 +73,13 @@ pub(crate) fn remux(
         args.extend(arguments([&"-bsf:v", &lengthen(last, picture)]));
     }
     if let Some(sound) = sound {
-        args.extend(sound.streams.output(container));
+        args.extend(sound.streams.output(container, sound.end));
         args.extend(sound.options.iter().cloned());
     }
-    args.extend(bare(container));
+    args.extend(bare(container, sound.is_none()));
     args.extend(placing(container, picture.time_base, true));
     args.push(command::address(to));
+    args.extend(sound.iter().flat_map(|sound| sound.streams.along()));
     let mut ffmpeg = Child::ffmpeg(ffmpeg, &args)?;
     if sound.is_some_and(|sound| command::is_url(&sound.streams.source().path)) {
         ffmpeg.be_patient();
@@ -92,9 +93,12 @@ pub(crate) fn remux(
     if status.success() && !words.contains("No space left") { Ok(()) } else { Err(words) }
 }
 
-/// Options that take over the streams and nothing else, and leave their times where they are.
-pub(crate) fn bare(container: Container) -> Vec<OsString> {
-    let mut args = arguments([&"-map_metadata", &"-1", &"-map_chapters", &"-1"]);
+/// Options that leave the times of streams where they are, and, if `alone`, take over the picture and nothing else.
+pub(crate) fn bare(container: Container, alone: bool) -> Vec<OsString> {
+    let mut args = Vec::new();
+    if alone {
+        args.extend(arguments([&"-map_metadata", &"-1", &"-map_chapters", &"-1"]));
+    }
     if !container.is_quicktime() {
         // An encoder's run-in before 0 must not push the picture to a later time: Matroska keeps it
         // as the codec's delay.
@@ -103,20 +107,26 @@ pub(crate) fn bare(container: Container) -> Vec<OsString> {
     args
 }
 
-/// The filter of packets that gives the last frame its length. QuickTime's tables count from the last
-/// packet in decoding order, which with frames out of order is another one than the last shown, and
-/// its edit list from the latter: both are set such that the end is right.
+/// The filter of packets that gives the last frame its length. QuickTime's tables end with the last packet in
+/// decoding order, which with frames out of order is another one than the last shown, and its edit list ends with
+/// the latest end of any frame. So that packet ends where the picture ends at the latest; where it is decoded long
+/// before it is shown (a frame was held before it), it is decoded later.
 fn lengthen(last: &Last, picture: &Finished<'_>) -> String {
-    let end = (last.start + last.length - picture.first).to_f64();
+    let end = (last.start + last.length).to_f64();
     // Half a millisecond before the start, to be safe from rounding.
     let (start, length) = (last.start.to_f64() - 5e-4, last.length.to_f64());
     let shown = format!("if(gte(PTS*TB\\,{start:.6})\\,{length:.6}/TB\\,DURATION)");
-    let duration = if picture.container.is_quicktime() {
-        format!("if(eq(N\\,{})\\,{end:.6}/TB-(DTS-STARTDTS)\\,{shown})", last.number)
-    } else {
-        shown
-    };
-    format!("setts=pts=PTS:dts=DTS:duration={duration}")
+    if !picture.container.is_quicktime() {
+        return format!("setts=pts=PTS:dts=DTS:duration={shown}");
+    }
+    let number = last.number;
+    let decoded = "max(DTS\\,PTS-STARTPTS+STARTDTS)";
+    // To the end of the tables, but not beyond the end of the picture.
+    let left = format!("{end:.6}/TB-STARTPTS-({decoded}-STARTDTS)");
+    let left = format!("max({shown}\\,min({left}\\,{end:.6}/TB-PTS))");
+    format!(
+        "setts=pts=PTS:dts=if(eq(N\\,{number})\\,{decoded}\\,DTS):duration=if(eq(N\\,{number})\\,{left}\\,{shown})"
+    )
 }
 
 /// Options of the container, the last before the file: units of time, tables in front in the `last`

@@ -35,7 +35,7 @@ impl Repainted {
 
 impl Sink for Repainted {
     fn needs(&self) -> Needs {
-        Needs { form: None, edges: None, origin: true, plain: true }
+        Needs { origin: true, plain: true, ..Needs::default() }
     }
 
     fn write(&mut self, picture: Picture, origin: Option<Origin>) -> Result<Buffers> {

@@ -1,37 +1,83 @@
-//! The sound that goes beside a picture: where it comes from, and the words for it.
+//! What goes into a video besides the picture: sound, subtitles, chapters and titles, where they come from, and the
+//! options for them.
 
 use std::ffi::{OsStr, OsString};
+use std::fmt::Write as _;
 
 use crate::error::Result;
 use crate::ffmpeg::Ffmpeg;
-use crate::ffmpeg::command::{address, arguments, is_url, seconds};
+use crate::ffmpeg::command::{address, arguments, is_url, moved, seconds};
+use crate::ffmpeg::formats::input_format;
 use crate::ffmpeg::probe::{SoundTracks, probe_sound};
+use crate::ffmpeg::tracks::{Chapter, MediaTrack, Metadata};
 use crate::frame::Rational;
 use crate::sink::codec::Container;
+use crate::source::{Sound, decode::read_along};
 
-use crate::source::Sound;
-
-/// The sound streams that are to be put in.
+/// The streams that are to be put in, and what is told with them.
 pub(crate) struct Streams {
     source: Sound,
     tracks: SoundTracks,
+    /// Those subtitles that the container takes, and the encoder for each.
+    subtitles: Vec<(MediaTrack, &'static str)>,
 }
 
+/// The longest list of chapters: it is one argument of a command line, and Linux allows 128 KiB for that.
+const CHAPTERS: usize = 100_000;
+
 impl Streams {
-    /// Those of the source; `None` when there is nothing to hear.
+    /// Those of the source that `container` takes, with or without `audio`; `None` when there is nothing to put in.
+    /// Adds to `warnings` what is left out.
     ///
     /// # Errors
     /// When it cannot be read.
-    pub(crate) fn of(source: &Sound, ffmpeg: &Ffmpeg) -> Result<Option<Self>> {
-        let tracks = match &source.tracks {
+    pub(crate) fn of(
+        source: &Sound,
+        ffmpeg: &Ffmpeg,
+        container: Container,
+        audio: bool,
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<Self>> {
+        let mut tracks = match &source.tracks {
             Some(tracks) => tracks.clone(),
             None => probe_sound(&source.path, ffmpeg)?,
         };
-        Ok((!tracks.codecs.is_empty()).then(|| Self { source: source.clone(), tracks }))
+        if !audio {
+            tracks.extras.sound.clear();
+            tracks.extras.unreadable.clear();
+        }
+        for index in &tracks.extras.unreadable {
+            warnings.push(format!(
+                "{}: stream {index} is left out: this ffmpeg cannot decode its sound",
+                source.path.display()
+            ));
+        }
+        let mut subtitles = Vec::new();
+        for track in &tracks.extras.subtitles {
+            match container.subtitle_encoder(&track.codec) {
+                Some(encoder) => subtitles.push((track.clone(), encoder)),
+                None => warnings.push(format!(
+                    "{}: stream {} is left out: {} takes no subtitles of the kind {}",
+                    source.path.display(),
+                    track.index,
+                    container.muxer(),
+                    track.codec
+                )),
+            }
+        }
+        let streams = Self { source: source.clone(), tracks, subtitles };
+        let extras = &streams.tracks.extras;
+        let any = streams.has_media() || !extras.chapters.is_empty() || !extras.metadata.is_empty();
+        Ok(any.then_some(streams))
     }
 
     pub(crate) fn source(&self) -> &Sound {
         &self.source
+    }
+
+    /// Whether there is anything to see or hear; else only chapters and titles.
+    fn has_media(&self) -> bool {
+        !self.tracks.extras.sound.is_empty() || !self.subtitles.is_empty()
     }
 
     /// Whether they can be put in while the picture is encoded: it begins at 0, to where ffmpeg moves
@@ -40,24 +86,39 @@ impl Streams {
     pub(crate) fn go_along(&self) -> bool {
         let Sound { path, start, cut, .. } = &self.source;
         let at_once = self.tracks.picture == Some(Rational::ZERO) && *start == Rational::ZERO;
-        at_once && !cut && !is_url(path)
+        !self.has_media() && !cut || at_once && !cut && !is_url(path)
     }
 
-    /// Options that read it, up to the time `end` of the picture if that is given.
+    /// Options that read it, up to the time `end` of the picture if that is given. Its inputs come after the
+    /// picture's.
     pub(crate) fn input(&self, end: Option<Rational>) -> Vec<OsString> {
-        let mut args = self.begin();
-        if let Some(end) = end {
-            args.extend(arguments([&"-t", &seconds(end)]));
+        let mut args = Vec::new();
+        if self.has_media() {
+            args.extend(self.begin());
+            if let Some(end) = end {
+                args.extend(arguments([&"-t", &seconds(end)]));
+            }
+            args.extend(self.tracks.repair.iter().flat_map(|repair| repair.reader.iter().cloned()));
+            args.extend(input_format(&self.source.path));
+            args.extend([OsString::from("-i"), address(&self.source.path)]);
         }
-        args.extend([OsString::from("-i"), address(&self.source.path)]);
+        let chapters = chapters(&self.tracks.extras.chapters, self.source.start, end);
+        if !chapters.is_empty() {
+            let list = format!("data:text/plain,{chapters}");
+            args.extend(arguments([&"-f", &"ffmetadata", &"-i", &list]));
+        }
         args
     }
 
     /// Options that write it, copied where `container` takes it.
-    pub(crate) fn output(&self, container: Container) -> Vec<OsString> {
-        let mut args = arguments([&"-map", &"1:a"]);
-        for (i, codec) in self.tracks.codecs.iter().enumerate() {
-            if !container.takes_sound(codec) {
+    pub(crate) fn output(&self, container: Container, end: Option<Rational>) -> Vec<OsString> {
+        // Not all at once by `-map_metadata -1`: that would take the chapters' titles, too.
+        let mut args = arguments([&"-map_metadata:g", &"-1", &"-map_metadata:s", &"-1"]);
+        let extras = &self.tracks.extras;
+        for (i, track) in extras.sound.iter().enumerate() {
+            args.extend(arguments([&"-map", &format!("1:{}", track.index)]));
+            args.extend(metadata(&format!("-metadata:s:a:{i}"), &track.metadata));
+            if !container.takes_sound(&track.codec) {
                 args.extend(container.sound_encoder(i));
                 continue;
             }
@@ -67,7 +128,24 @@ impl Streams {
                 args.extend(arguments([&format!("-copypriorss:a:{i}"), &"0"]));
             }
         }
+        for (i, (track, encoder)) in self.subtitles.iter().enumerate() {
+            args.extend(arguments([&"-map", &format!("1:{}", track.index)]));
+            args.extend(arguments([&format!("-c:s:{i}"), encoder]));
+            args.extend(metadata(&format!("-metadata:s:s:{i}"), &track.metadata));
+        }
+        args.extend(metadata("-metadata", &extras.metadata));
+        let some = !chapters(&extras.chapters, self.source.start, end).is_empty();
+        let input = if self.has_media() { "2" } else { "1" };
+        args.extend(arguments([&"-map_chapters", &if some { input } else { "-1" }]));
         args
+    }
+
+    /// Options after the output that read the picture's stream too, where ffmpeg mends a clock: it then mends it as it
+    /// did for the picture.
+    pub(crate) fn along(&self) -> Vec<OsString> {
+        let picture = self.tracks.repair.as_ref().filter(|_| self.has_media());
+        let picture = picture.and_then(|repair| repair.streams.first());
+        picture.map(|stream| read_along(1, *stream)).unwrap_or_default()
     }
 
     /// Options that make the moment at which the picture begins the time 0.
@@ -76,12 +154,52 @@ impl Streams {
         if self.source.start > Rational::ZERO && seek > Rational::ZERO {
             arguments([&"-ss", &seconds(seek)])
         } else {
-            // Never 0: of an offset that is not ours ffmpeg takes the liberty to change it, where
-            // (MPEG-TS) streams that we do not want begin before those that we do.
-            let offset = seconds(-seek);
-            arguments([&"-itsoffset", &if offset == "0us" { "1us" } else { offset.as_str() }])
+            moved(-seek)
         }
     }
+}
+
+/// Options called `option` that set `pairs`.
+fn metadata(option: &str, pairs: &Metadata) -> Vec<OsString> {
+    let pair = |(key, value): &(String, String)| {
+        // Nothing that would end an argument.
+        arguments([&option, &format!("{key}={}", value.replace('\0', " "))])
+    };
+    pairs.iter().flat_map(pair).collect()
+}
+
+/// The `chapters` between `start` and `end` as a file of ffmpeg's metadata, times counted from `start`; empty if
+/// there are none.
+fn chapters(chapters: &[Chapter], start: Rational, end: Option<Rational>) -> String {
+    let mut list = String::new();
+    for chapter in chapters {
+        let from = (chapter.start - start).max(Rational::ZERO);
+        let until = chapter.end - start;
+        let until = end.map_or(until, |end| until.min(end));
+        if until <= from {
+            continue;
+        }
+        let escaped = chapter.title.chars().flat_map(|c| match c {
+            '=' | ';' | '#' | '\\' | '\n' => vec!['\\', c],
+            '\0' => vec![' '],
+            c => vec![c],
+        });
+        let title: String = escaped.collect();
+        let ms = |time: Rational| (time.to_f64() * 1000.0).round() as i64;
+        let before = list.len();
+        // Writing to a string cannot fail.
+        let _ = write!(
+            list,
+            "\n[CHAPTER]\nTIMEBASE=1/1000\nSTART={}\nEND={}\ntitle={title}\n",
+            ms(from),
+            ms(until)
+        );
+        if list.len() > CHAPTERS {
+            list.truncate(before);
+            break;
+        }
+    }
+    if list.is_empty() { list } else { format!(";FFMETADATA1{list}") }
 }
 
 /// Parts the user's own options into those of the picture and those of the sound.
@@ -110,5 +228,23 @@ mod tests {
         let (picture, sound) = part(&args.map(String::from));
         assert_eq!(picture, ["-b:v", "5M", "-bf", "-1", "-g", "24"]);
         assert_eq!(sound, ["-b:a", "96k", "-ac", "1"]);
+    }
+
+    #[test]
+    fn chapters_are_cut_with_the_picture() {
+        let second = |n| Rational::new(n, 1);
+        let chapter = |from, until, title: &str| Chapter {
+            start: second(from),
+            end: second(until),
+            title: title.into(),
+        };
+        let all = [chapter(0, 2, "a"), chapter(2, 4, "b=c"), chapter(4, 6, "d")];
+        let text = chapters(&all, second(1), Some(second(2)));
+        assert_eq!(
+            text,
+            ";FFMETADATA1\n[CHAPTER]\nTIMEBASE=1/1000\nSTART=0\nEND=1000\ntitle=a\n\
+             \n[CHAPTER]\nTIMEBASE=1/1000\nSTART=1000\nEND=2000\ntitle=b\\=c\n"
+        );
+        assert!(chapters(&all, second(9), None).is_empty());
     }
 }

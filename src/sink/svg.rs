@@ -23,7 +23,7 @@ struct Writer {
 }
 
 /// What these sinks need.
-const NEEDS: Needs = Needs { form: None, edges: None, origin: true, plain: true };
+const NEEDS: Needs = Needs { form: None, edges: None, origin: true, plain: true, live: false };
 
 impl Writer {
     fn new(options: &SinkOptions) -> Self {

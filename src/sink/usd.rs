@@ -53,7 +53,7 @@ impl UsdSink {
 
 impl Sink for UsdSink {
     fn needs(&self) -> Needs {
-        Needs { form: None, edges: None, origin: true, plain: true }
+        Needs { origin: true, plain: true, ..Needs::default() }
     }
 
     fn write(&mut self, picture: Picture, origin: Option<Origin>) -> Result<Buffers> {

@@ -5,56 +5,86 @@ use std::path::Path;
 
 use crate::colour::{Coding, Range};
 use crate::ffmpeg::command;
+use crate::ffmpeg::formats::input_format;
 use crate::ffmpeg::probe::{Pixels, Track};
 use crate::stream::StreamInfo;
 
 /// How ffmpeg scales: what loses least.
 const SCALING: &str = "bicubic+accurate_rnd+full_chroma_int";
 
+/// HDR to BT.709: diffuse white (203 nits, ITU-R BT.2408) becomes the white of SDR, all but; what is brighter is
+/// squeezed.
+pub(crate) const TO_SDR: &str = "zscale=t=linear:npl=203:p=bt709,format=gbrpf32le,\
+    tonemap=tonemap=mobius:param=0.8:desat=0,zscale=t=bt709:m=bt709:p=bt709:r=tv";
+
 /// `track` of `path`, as `info` has it, from so many `seconds` after the first stream's beginning on.
 pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track, seconds: i64) -> Vec<OsString> {
+    let mut args =
+        command::arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning"]);
+    args.extend(input(path, track, seconds));
+    args.extend(picture(info, track));
+    args.extend(command::arguments([&"-an", &"-sn", &"-dn"]));
+    if track.still {
+        args.extend(command::arguments([&"-frames:v", &"1"]));
+    }
+    // Times as they are, in the container's own units.
+    let units = format!("{}:{}", track.time_base.num, track.time_base.den);
+    args.extend(command::arguments([&"-fps_mode", &"passthrough", &"-enc_time_base", &units]));
+    args.extend(command::arguments([&"-c:v", &"rawvideo", &"-f", &"nut", &"pipe:1"]));
+    for stream in track.repair.iter().flat_map(|repair| repair.streams.iter().skip(1)) {
+        args.extend(read_along(0, *stream));
+    }
+    args
+}
+
+/// Options that read `stream` of input number `input` and throw it away, for ffmpeg to mend its clock.
+pub(crate) fn read_along(input: usize, stream: u64) -> Vec<OsString> {
+    let map = format!("{input}:{stream}");
+    command::arguments([&"-map", &map, &"-c", &"copy", &"-f", &"null", &"-"])
+}
+
+/// Options that open `path` `seconds` after its beginning.
+fn input(path: &Path, track: &Track, seconds: i64) -> Vec<OsString> {
+    // A packet that was cut short would only give a spoilt frame.
+    let mut args = command::arguments([&"-fflags", &"+discardcorrupt"]);
+    match &track.repair {
+        Some(repair) => {
+            args.extend(repair.reader.iter().cloned());
+            args.extend(command::moved(repair.offset));
+        }
+        None => args.extend(command::arguments([&"-copyts"])),
+    }
+    if let Some(decoder) = track.decoder {
+        args.extend(command::arguments([&"-c:v", &decoder]));
+    }
+    if seconds > 0 {
+        args.extend(command::arguments([&"-ss", &seconds.to_string()]));
+    }
+    args.extend(input_format(path));
+    args.extend([OsString::from("-i"), command::address(path)]);
+    args
+}
+
+/// Options that choose the frames and bring them into shape.
+fn picture(info: &StreamInfo, track: &Track) -> Vec<OsString> {
     let size = info.size;
     // Without a word on ranges, ffmpeg makes limited range of what has more than 8 bits.
     let range = match track.pixels {
         Pixels::Planar(_, Coding { range: Range::Full, .. }) => ":in_range=full:out_range=full",
         _ => "",
     };
+    let filters = &track.filters;
     // Does nothing to frames that have this size and format already.
     let filter = format!(
-        "scale={}:{}:flags={SCALING}:sws_dither=none{range},setsar=1,format={}",
+        "{filters}scale={}:{}:flags={SCALING}:sws_dither=none{range},setsar=1,format={}",
         size.width, size.height, track.format
     );
-    let shape = command::arguments([&"-vf", &filter]);
-    let units = format!("{}:{}", track.time_base.num, track.time_base.den);
-    decode(path, seconds, track.decoder, &format!("0:{}", track.index), shape, &units)
-}
-
-/// The track that ffmpeg calls `map`, from so many `seconds` on, its frames brought into `shape`, their times in
-/// `units`.
-fn decode(
-    path: &Path,
-    seconds: i64,
-    decoder: Option<&str>,
-    map: &str,
-    shape: Vec<OsString>,
-    units: &str,
-) -> Vec<OsString> {
-    let mut args =
-        command::arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning"]);
-    // A packet that was cut short would only give a spoilt frame.
-    args.extend(command::arguments([&"-fflags", &"+discardcorrupt", &"-copyts"]));
-    if let Some(decoder) = decoder {
-        args.extend(command::arguments([&"-c:v", &decoder]));
+    let index = track.index;
+    match track.alpha {
+        None => command::arguments([&"-map", &format!("0:{index}"), &"-vf", &filter]),
+        Some(alpha) => {
+            let graph = format!("[0:{index}][0:{alpha}]alphamerge,{filter}[v]");
+            command::arguments([&"-filter_complex", &graph, &"-map", &"[v]"])
+        }
     }
-    if seconds > 0 {
-        args.extend(command::arguments([&"-ss", &seconds.to_string()]));
-    }
-    args.extend(command::input_format(path));
-    args.extend([OsString::from("-i"), command::address(path)]);
-    args.extend(command::arguments([&"-map", &map, &"-an", &"-sn", &"-dn"]));
-    args.extend(shape);
-    // Times as they are, in the container's own units.
-    args.extend(command::arguments([&"-fps_mode", &"passthrough", &"-enc_time_base", &units]));
-    args.extend(command::arguments([&"-c:v", &"rawvideo", &"-f", &"nut", &"pipe:1"]));
-    args
 }

@@ -10,17 +10,17 @@ use std::path::{Path, PathBuf};
 use std::process::ChildStdout;
 use std::sync::Arc;
 
-use crate::colour::{Form, Planes, to_rgba};
+use crate::colour::{Coding, Colorimetry, Form, Planes, to_rgba};
 use crate::error::{Error, Result};
 use crate::ffmpeg::child::Child;
-use crate::ffmpeg::command::{is_camera, is_url};
+use crate::ffmpeg::command::{arguments, is_camera, is_url};
 use crate::ffmpeg::nut::NutReader;
 use crate::ffmpeg::probe::{Pixels, Probed, probe};
 use crate::ffmpeg::{Ffmpeg, Pipe};
 use crate::frame::{Buffers, Frame, Rational};
 use crate::source::decode;
 use crate::source::{Decoded, Input, Sound, Source, SourceOptions};
-use crate::stream::{Span, StreamInfo};
+use crate::stream::{Span, StreamInfo, is_hdr};
 
 /// What comes out of ffmpeg.
 type Frames = NutReader<BufReader<Pipe<ChildStdout>>>;
@@ -39,10 +39,13 @@ pub(crate) fn is_address(path: &Path) -> bool {
 /// As [`Video::open`].
 pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
     let start = options.start.unwrap_or(Rational::ZERO);
-    let video = Video::open(&path, &options.ffmpeg)?;
+    let mut video = Video::open(&path, &options.ffmpeg)?;
+    if options.to_sdr {
+        video.map_tones();
+    }
     let info = video.info().clone();
     // What is live cannot be read a second time.
-    let sound = (info.audio.is_some() && !info.live).then(|| Sound {
+    let sound = (!info.live && !info.still).then(|| Sound {
         path: path.clone(),
         start,
         cut: options.end.is_some() || options.frames.is_some(),
@@ -83,6 +86,26 @@ impl Video {
     pub fn open(path: &Path, ffmpeg: &Ffmpeg) -> Result<Self> {
         let probed = probe(path, ffmpeg)?;
         Ok(Self { path: path.into(), ffmpeg: ffmpeg.clone(), probed })
+    }
+
+    /// Asks for HDR brought to SDR, where this ffmpeg has the filters for it; else it stays HDR, and its tags say so.
+    fn map_tones(&mut self) {
+        let Probed { info, track, .. } = &mut self.probed;
+        let Pixels::Planar(layout, _) = track.pixels else { return };
+        let hdr = info.colour.as_ref().is_some_and(is_hdr);
+        if !hdr || layout.alpha || !has_filters(&self.ffmpeg) {
+            return;
+        }
+        let bt709 = || Some("bt709".to_string());
+        let tags = Colorimetry {
+            matrix: bt709(),
+            range: Some("tv".into()),
+            primaries: bt709(),
+            transfer: bt709(),
+        };
+        track.pixels = Pixels::Planar(layout, Coding::of(&tags, info.size));
+        track.filters = format!("{}{},", track.filters, decode::TO_SDR);
+        info.colour = Some(tags);
     }
 
     /// What is known before frames are read.
@@ -140,6 +163,16 @@ impl Video {
             length: self.probed.info.rate.and_then(Rational::recip),
         }
     }
+}
+
+/// Whether `ffmpeg` can bring HDR to SDR: it does so with one small picture.
+fn has_filters(ffmpeg: &Ffmpeg) -> bool {
+    let mut args = arguments([&"-nostdin", &"-v", &"error", &"-f", &"lavfi", &"-i"]);
+    let picture = "color=s=16x16:d=0.04,format=yuv420p10le,\
+        setparams=color_trc=smpte2084:color_primaries=bt2020:colorspace=bt2020nc:range=tv";
+    args.extend(arguments([&picture, &"-vf", &decode::TO_SDR, &"-f", &"null", &"-"]));
+    let ended = Child::ffmpeg(ffmpeg, &args).map(|mut child| child.wait());
+    matches!(ended, Ok(Ok(status)) if status.success())
 }
 
 /// A frame as it came through the pipe.

@@ -4,7 +4,8 @@ mod animation;
 mod apng;
 mod canvas;
 #[cfg(feature = "ffmpeg")]
-mod decode;
+pub(crate) mod decode;
+mod delays;
 pub(crate) mod detect;
 mod expand;
 mod fence;
@@ -120,6 +121,11 @@ pub struct SourceOptions {
     pub max_memory: Option<u64>,
     /// The ffmpeg that reads video. Default: the one on the search path.
     pub ffmpeg: Ffmpeg,
+    /// Whether HDR video is brought to SDR, for outputs that cannot say that they are HDR. Default: no.
+    pub to_sdr: bool,
+    /// Whether frames of a GIF with delays of 0 and 1 hundredths are shown for ten, as browsers do. Default:
+    /// they keep their delays.
+    pub browser_delays: bool,
 }
 
 /// Where sound comes from.
@@ -245,6 +251,7 @@ pub fn open(inputs: &[impl AsRef<OsStr>], options: &SourceOptions) -> Result<Inp
     }
     let inputs: Vec<&OsStr> = inputs.iter().map(AsRef::as_ref).collect();
     let input = recognised(&inputs, part, options)?;
+    let input = if options.browser_delays { delays::as_shown(input) } else { input };
     let decoded = input.info.size;
     let input = resized(trimmed(input, part), options);
     memory::check(decoded, input.info.size, input.info.still)?;

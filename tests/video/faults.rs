@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
@@ -74,19 +74,50 @@ fn a_video_that_breaks_off_fails_unless_that_is_allowed() {
     assert!((30..90).contains(&frames), "{frames} frames");
 }
 
-/// Starts a render that takes a while and waits until frames arrive at the encoder. Every ffmpeg
-/// that is begun notes its number in `pids`.
-fn begin(dir: &TempDir) -> Child {
-    clip(dir, "in.mp4", "320x240", 60);
-    stand_in(dir, "echo $$ >> pids; exec ffmpeg \"$@\"");
-    let child = polyreel(dir, "render in.mp4 -o out.mp4 --ffmpeg ./stand-in")
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("the program");
-    while fs::read_to_string(dir.path().join("pids")).map_or(0, |pids| pids.lines().count()) < 2 {
-        sleep(Duration::from_millis(5));
+/// How long anything may take before a test gives up. Nothing depends on how long it does take.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Waits until `look` says yes.
+pub(crate) fn until(what: &str, mut look: impl FnMut() -> bool) {
+    let began = Instant::now();
+    while !look() {
+        assert!(began.elapsed() < PATIENCE, "{what}: it never happened");
+        sleep(Duration::from_millis(10));
     }
-    sleep(Duration::from_millis(700));
+}
+
+/// The processes that were begun, in their order.
+fn pids(dir: &TempDir) -> Vec<String> {
+    let text = fs::read_to_string(dir.path().join("pids")).unwrap_or_default();
+    text.lines().map(String::from).collect()
+}
+
+/// Whether the process `pid` is there and has not ended.
+fn is_there(pid: &str) -> bool {
+    let stat = fs::read_to_string(Path::new("/proc").join(pid).join("stat"));
+    stat.is_ok_and(|stat| !stat.contains(") Z "))
+}
+
+/// Starts a render that takes a while and waits until the encoder has begun its file. Every ffmpeg
+/// that is begun notes its number in `pids`; the encoder does `after` when it is done.
+fn begin(dir: &TempDir, after: &str) -> Child {
+    clip(dir, "in.mp4", "320x240", 60);
+    stand_in(
+        dir,
+        &format!(
+            "echo $$ >> pids; case \"$*\" in *pipe:0*) ffmpeg \"$@\"; {after};; *) exec ffmpeg \"$@\";; esac"
+        ),
+    );
+    let child =
+        polyreel(dir, "render in.mp4 -o out.mp4 --ffmpeg ./stand-in --encoder-preset ultrafast")
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the program");
+    let has_begun = |name: &String| {
+        name.starts_with(".polyreel-")
+            && fs::metadata(dir.path().join(name)).is_ok_and(|file| file.len() > 0)
+    };
+    until("the encoder begins its file", || listing(dir).iter().any(has_begun));
     child
 }
 
@@ -98,19 +129,7 @@ fn press_ctrl_c(child: &Child) {
 
 /// Fails unless every ffmpeg is gone, or about to go.
 fn assert_gone(dir: &TempDir) {
-    let pids = fs::read_to_string(dir.path().join("pids")).expect("some have begun");
-    for pid in pids.lines() {
-        let there = || {
-            let stat = fs::read_to_string(Path::new("/proc").join(pid).join("stat"));
-            stat.is_ok_and(|stat| !stat.contains(") Z "))
-        };
-        let mut patience = 100;
-        while there() {
-            patience -= 1;
-            assert!(patience > 0, "ffmpeg {pid} is left");
-            sleep(Duration::from_millis(20));
-        }
-    }
+    until("ffmpeg ends", || !pids(dir).iter().any(|pid| is_there(pid)));
 }
 
 #[test]
@@ -119,7 +138,7 @@ fn the_first_ctrl_c_gives_a_shorter_video() {
         return;
     }
     let dir = folder();
-    let mut child = begin(&dir);
+    let mut child = begin(&dir, "exit $?");
     press_ctrl_c(&child);
     assert_eq!(child.wait().expect("its end").code(), Some(130));
     assert_gone(&dir);
@@ -137,11 +156,45 @@ fn the_second_ctrl_c_ends_all_at_once() {
         return;
     }
     let dir = folder();
-    let mut child = begin(&dir);
+    // The file is not finished before the second one comes.
+    let mut child = begin(&dir, "sleep 1000");
     press_ctrl_c(&child);
-    sleep(Duration::from_millis(10));
+    // Signals that come together are one: the first has come when the decoder is ended.
+    until("the decoder ends", || pids(&dir).last().is_some_and(|pid| !is_there(pid)));
     press_ctrl_c(&child);
     assert_eq!(child.wait().expect("its end").code(), Some(130));
     assert_gone(&dir);
     assert_eq!(listing(&dir), ["in.mp4", "pids", "stand-in"]);
+}
+
+#[test]
+fn a_decoder_that_only_talks_is_ended_by_one_signal() {
+    if !require() {
+        return;
+    }
+    let dir = folder();
+    clip(&dir, "in.mp4", "96x64", 1);
+    stand_in(&dir, "echo $$ >> pids; exec yes >&2");
+    let mut child = polyreel(&dir, "render in.mp4 -o out.gif -q --ffmpeg ./stand-in")
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program");
+    until("the decoder begins", || !pids(&dir).is_empty());
+    press_ctrl_c(&child);
+    until("the program ends", || child.try_wait().expect("ours").is_some());
+    assert_gone(&dir);
+    assert_eq!(listing(&dir), ["in.mp4", "pids", "stand-in"]);
+}
+
+#[test]
+fn an_ffmpeg_that_is_too_old_is_told_with_the_floor() {
+    if !require() {
+        return;
+    }
+    let dir = folder();
+    clip(&dir, "in.mp4", "96x64", 1);
+    stand_in(&dir, "echo \"Unrecognized option 'fps_mode'.\" >&2; exit 1");
+    let output = run(&dir, "render in.mp4 -o out.gif --ffmpeg ./stand-in");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(said(&output).contains("5.1 or later"), "{}", said(&output));
 }

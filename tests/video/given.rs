@@ -66,10 +66,12 @@ pub(crate) fn times(path: &Path) -> Vec<f64> {
 
 /// Seconds of sound that come out when it is decoded, and when it begins.
 pub(crate) fn sound(path: &Path) -> Option<(f64, f64)> {
-    let mut frames = ask(path, "a:0", "frame=pts_time,pkt_duration_time").into_iter().map(|line| {
-        let mut parts = line.split(',').map(|part| part.parse::<f64>().unwrap_or(0.0));
-        (parts.next().unwrap_or(0.0), parts.next().unwrap_or(0.0))
-    });
+    let mut frames = ask(path, "a:0", "frame=pts_time,pkt_duration_time,duration_time")
+        .into_iter()
+        .map(|line| {
+            let mut parts = line.split(',').map(|part| part.parse::<f64>().unwrap_or(0.0));
+            (parts.next().unwrap_or(0.0), parts.next().unwrap_or(0.0))
+        });
     let first = frames.next()?;
     let last = frames.next_back().unwrap_or(first);
     Some((first.0, last.0 + last.1))

@@ -5,6 +5,7 @@
 #![cfg(unix)]
 
 mod broken;
+mod cases;
 mod faults;
 mod given;
 mod pixels;

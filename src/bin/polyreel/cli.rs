@@ -191,6 +191,8 @@ impl InputArgs {
             allow_truncated: self.allow_truncated,
             looped: false,
             ffmpeg: self.ffmpeg(processes),
+            to_sdr: false,
+            browser_delays: false,
         }
     }
 

@@ -22,7 +22,7 @@ use polyreel::source::Sound;
 use polyreel::source::mesh_stream::is_mesh_stream;
 use polyreel::source::{self, Input, SourceOptions};
 use polyreel::stage::Stage;
-use polyreel::stream::StreamInfo;
+use polyreel::stream::{StreamInfo, is_hdr};
 
 use crate::Outcome;
 use crate::cli::RenderArgs;
@@ -44,8 +44,13 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let mut options = args.look.options()?;
     let stop = Stop::default();
     let interrupt = Interrupt::listen(&stop);
-    let wanted =
-        SourceOptions { looped: args.run.looped, ..args.input.options(interrupt.processes()) };
+    let (to_video, to_gif) = (is_video(output), has_extension(output, "gif"));
+    let wanted = SourceOptions {
+        looped: args.run.looped,
+        to_sdr: !to_video,
+        browser_delays: !to_gif,
+        ..args.input.options(interrupt.processes())
+    };
     let input = source::open(&args.input.inputs, &wanted)?;
     let info = input.info().clone();
     if info.still {
@@ -61,6 +66,9 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     let sink = create_sink(args, output, &info, &options, &sink_options)?;
     sink.needs().adapt(&mut options);
     let mut warnings = sink.warnings().to_vec();
+    if !to_video && info.colour.as_ref().is_some_and(is_hdr) {
+        warnings.push(HDR_STAYS.to_owned());
+    }
     if !args.run.quiet {
         warnings.iter().for_each(terminal::warn);
     }
@@ -72,7 +80,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         controls: Some(controls),
         detail_policy: detail_policy(args, &options, &info)?,
         threads: args.run.threads,
-        live: info.live,
+        live: info.live && sink.needs().live,
         allow_truncated: args.input.allow_truncated,
     };
     let mut progress = Progress::new(info.frames, args.run.quiet, record.is_some())
@@ -110,6 +118,19 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         record.write(&Report::new(input, written, options, &summary, per_frame))?;
     }
     Ok(if interrupt.happened() { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// What is said of HDR that is written as if it were SDR.
+const HDR_STAYS: &str = "the input is HDR, and the output cannot say so: colours come out dull; an ffmpeg with the \
+    filters zscale and tonemap would convert them";
+
+fn has_extension(output: &OsStr, wanted: &str) -> bool {
+    Path::new(output).extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
+}
+
+/// Whether `output` is a video that carries the colour tags of its input, or nothing at all.
+fn is_video(output: &OsStr) -> bool {
+    output == "null:" || polyreel::sink::ffmpeg::Container::of(Path::new(output)).is_some()
 }
 
 /// What decides the detail: a budget, a former run, or nothing but the options.

@@ -1,0 +1,199 @@
+//! Which streams of a file are used, and what goes along with its picture.
+
+use serde_json::Value;
+
+use super::fields::{decimal, text};
+use crate::frame::Rational;
+
+/// Pairs of a key and a value.
+pub(crate) type Metadata = Vec<(String, String)>;
+
+/// A stream of sound or subtitles.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MediaTrack {
+    /// Its number in the container.
+    pub(crate) index: u64,
+    /// Its codec in ffmpeg's words.
+    pub(crate) codec: String,
+    /// Its language and title.
+    pub(crate) metadata: Metadata,
+}
+
+/// A chapter, in seconds of our times.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Chapter {
+    pub(crate) start: Rational,
+    pub(crate) end: Rational,
+    pub(crate) title: String,
+}
+
+/// What a file has besides its picture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Extras {
+    /// Sound that ffmpeg can decode.
+    pub(crate) sound: Vec<MediaTrack>,
+    /// Numbers of the streams of sound that it cannot decode.
+    pub(crate) unreadable: Vec<u64>,
+    pub(crate) subtitles: Vec<MediaTrack>,
+    pub(crate) chapters: Vec<Chapter>,
+    /// Title, artist and the like of the whole.
+    pub(crate) metadata: Metadata,
+}
+
+/// What is kept of the metadata of a file; the rest is of its container and its encoder.
+const KEPT: [&str; 14] = [
+    "title",
+    "artist",
+    "album",
+    "album_artist",
+    "composer",
+    "genre",
+    "date",
+    "comment",
+    "description",
+    "synopsis",
+    "copyright",
+    "show",
+    "network",
+    "keywords",
+];
+
+/// Codecs of single pictures, which are covers where there is another video.
+const PICTURES: [&str; 8] = ["png", "mjpeg", "bmp", "tiff", "webp", "gif", "jpegls", "jpegxl"];
+
+/// What a stream that is marked as the default is larger by, in pixels, as in ffmpeg.
+const DEFAULT_BONUS: u64 = 5_000_000;
+
+/// Streams of `kind`.
+pub(crate) fn streams<'a>(answer: &'a Value, kind: &'a str) -> impl Iterator<Item = &'a Value> {
+    let all = answer["streams"].as_array().map_or(&[][..], Vec::as_slice);
+    all.iter().filter(move |stream| text(stream, "codec_type") == Some(kind))
+}
+
+/// The codec of a stream in ffmpeg's words.
+pub(crate) fn codec(stream: &Value) -> &str {
+    text(stream, "codec_name").unwrap_or("unknown")
+}
+
+/// A tag of a stream, whose key may be written in any case: Matroska's are capitals.
+pub(crate) fn tag<'a>(value: &'a Value, key: &str) -> Option<&'a str> {
+    let tags = value["tags"].as_object()?;
+    tags.iter().find(|(own, _)| own.eq_ignore_ascii_case(key))?.1.as_str()
+}
+
+/// The video stream to read: as ffmpeg, the largest, those marked as the default first. Covers, and streams
+/// that cannot be decoded, come last.
+pub(crate) fn picture(answer: &Value) -> Option<&Value> {
+    let is_picture = |stream: &Value| PICTURES.contains(&codec(stream));
+    let score = |stream: &Value| {
+        let side = |key| stream[key].as_u64().unwrap_or(0);
+        let marked = stream["disposition"]["default"].as_u64() == Some(1);
+        let pixels = side("width").saturating_mul(side("height"));
+        let frames = text(stream, "nb_frames").and_then(|n| n.parse::<u64>().ok());
+        (
+            text(stream, "pix_fmt").is_some(),
+            !is_picture(stream),
+            // A picture in front of an animation (AVIF).
+            frames != Some(1),
+            pixels + if marked { DEFAULT_BONUS } else { 0 },
+        )
+    };
+    let mut best: Option<&Value> = None;
+    for stream in streams(answer, "video") {
+        let attached = stream["disposition"]["attached_pic"].as_u64() == Some(1);
+        if !attached && best.is_none_or(|best| score(stream) > score(best)) {
+            best = Some(stream);
+        }
+    }
+    best
+}
+
+/// The other stream that is the transparency of `picture`, where a HEIF file has one: gray, as large, right after.
+pub(crate) fn alpha_stream(answer: &Value, picture: &Value) -> Option<u64> {
+    let index = picture["index"].as_u64()?;
+    let next =
+        streams(answer, "video").find(|stream| stream["index"].as_u64() == Some(index + 1))?;
+    let same = |key| next[key] == picture[key];
+    let gray = text(next, "pix_fmt").is_some_and(|format| format.starts_with("gray"));
+    (gray && same("width") && same("height")).then_some(index + 1)
+}
+
+/// What the file has besides its picture, its times counted from `zero`.
+pub(crate) fn extras(answer: &Value, zero: Rational) -> Extras {
+    let track = |stream: &Value| MediaTrack {
+        index: stream["index"].as_u64().unwrap_or(0),
+        codec: codec(stream).to_string(),
+        metadata: kept(stream, &["language", "title"]),
+    };
+    // Without a decoder ffprobe does not know the format of the samples.
+    let (sound, unreadable): (Vec<&Value>, _) =
+        streams(answer, "audio").partition(|stream| text(stream, "sample_fmt").is_some());
+    Extras {
+        sound: sound.into_iter().map(track).collect(),
+        unreadable: unreadable.into_iter().filter_map(|stream| stream["index"].as_u64()).collect(),
+        subtitles: streams(answer, "subtitle").map(track).collect(),
+        chapters: chapters(answer, zero),
+        metadata: kept(&answer["format"], &KEPT),
+    }
+}
+
+/// The tags of `value` with `keys`.
+fn kept(value: &Value, keys: &[&str]) -> Metadata {
+    let pair = |key: &&str| Some((key.to_string(), tag(value, key)?.to_string()));
+    // "Undetermined" is what muxers write for none.
+    keys.iter().filter_map(pair).filter(|(_, value)| value != "und").collect()
+}
+
+fn chapters(answer: &Value, zero: Rational) -> Vec<Chapter> {
+    let all = answer["chapters"].as_array().map_or(&[][..], Vec::as_slice);
+    let time = |chapter: &Value, key| Some(text(chapter, key).and_then(decimal)? - zero);
+    let chapter = |chapter: &Value| {
+        let (start, end) = (time(chapter, "start_time")?, time(chapter, "end_time")?);
+        let title = tag(chapter, "title").unwrap_or("").to_string();
+        Some(Chapter { start, end, title })
+    };
+    all.iter().filter_map(chapter).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn video(index: u64, codec: &str, side: u64, default: u64) -> Value {
+        json!({"index": index, "codec_type": "video", "codec_name": codec, "width": side,
+            "height": side, "pix_fmt": "yuv420p",
+            "disposition": {"default": default, "attached_pic": 0}})
+    }
+
+    #[test]
+    fn the_largest_stream_that_is_no_cover_is_read() {
+        let chosen = |streams: &[Value]| {
+            picture(&json!({"streams": streams})).and_then(|stream| stream["index"].as_u64())
+        };
+        let small = video(1, "h264", 320, 0);
+        assert_eq!(chosen(&[video(0, "mjpeg", 1000, 0), small.clone()]), Some(1));
+        assert_eq!(chosen(&[small.clone(), video(2, "h264", 640, 0)]), Some(2));
+        assert_eq!(chosen(&[video(0, "h264", 160, 1), small.clone()]), Some(0));
+        assert_eq!(chosen(&[video(0, "h264", 320, 0), small]), Some(0), "the first of equals");
+        let mut unknown = video(0, "none", 4000, 1);
+        unknown["pix_fmt"] = Value::Null;
+        assert_eq!(chosen(&[unknown, video(1, "mjpeg", 10, 0)]), Some(1));
+    }
+
+    #[test]
+    fn tags_are_found_in_any_case() {
+        let stream = json!({"tags": {"ALPHA_MODE": "1", "Language": "ger"}});
+        assert_eq!(tag(&stream, "alpha_mode"), Some("1"));
+        assert_eq!(kept(&stream, &["language", "title"]), [("language".into(), "ger".into())]);
+    }
+
+    #[test]
+    fn sound_without_a_decoder_is_set_aside() {
+        let answer = json!({"streams": [
+            {"index": 1, "codec_type": "audio", "codec_name": "aac", "sample_fmt": "fltp"},
+            {"index": 2, "codec_type": "audio", "codec_name": "apple_apac"}]});
+        let extras = extras(&answer, Rational::ZERO);
+        assert_eq!((extras.sound[0].index, extras.sound.len(), extras.unreadable), (1, 1, vec![2]));
+    }
+}
