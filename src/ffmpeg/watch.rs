@@ -211,7 +211,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn the_time_of_children_counts() {
-        assert!(matches!(activity(std::process::id()), Some(_)));
+        assert!(activity(std::process::id()).is_some());
         assert_eq!(activity(u32::MAX), None);
     }
 }

@@ -110,14 +110,14 @@ pub(crate) fn open(
 }
 
 enum Frames {
-    Apng(Apng),
+    Apng(Box<Apng>),
     WebP(WebP),
 }
 
 impl Frames {
     fn open(path: &Path, format: Format, size: Size, frames: u64, limit: Limit) -> Result<Self> {
         let opened = fence::run(format.word(), || match format {
-            Format::Apng => Apng::open(path, size, frames).map(Self::Apng),
+            Format::Apng => Apng::open(path, size, frames).map(|apng| Self::Apng(Box::new(apng))),
             Format::WebP => WebP::open(path, size, limit).map(Self::WebP),
         });
         opened.map_err(|what| Error::input(path, what))?

@@ -49,7 +49,7 @@ const PIECE: usize = 1 << 14;
 pub(super) enum ToSrgb {
     Rgb(Arc<Transform8BitExecutor>),
     /// Of gray pictures: the new value for each.
-    Gray([u8; 256]),
+    Gray(Box<[u8; 256]>),
 }
 
 impl ToSrgb {
@@ -112,11 +112,11 @@ fn conversion(space: &ColourSpace, gray: bool) -> Option<ToSrgb> {
     (!conversion.is_identity()).then_some(conversion)
 }
 
-fn gray_table(transform: &Transform8BitExecutor) -> Option<[u8; 256]> {
+fn gray_table(transform: &Transform8BitExecutor) -> Option<Box<[u8; 256]>> {
     let values: Vec<u8> = (0..=255).collect();
     let mut pixels = [[0; 4]; 256];
     transform.transform(&values, pixels.as_flattened_mut()).ok()?;
-    Some(pixels.map(|[r, ..]| r))
+    Some(Box::new(pixels.map(|[r, ..]| r)))
 }
 
 fn profile(space: &ColourSpace) -> Option<ColorProfile> {

@@ -187,7 +187,7 @@ struct Opened<'a> {
 
 /// Where pixels come from.
 enum Pixels<'a> {
-    Png(png::Png),
+    Png(Box<png::Png>),
     Image(Box<dyn ImageDecoder + 'a>),
     Jpeg(Vec<u8>),
     FewBits(FewBits),
@@ -248,7 +248,7 @@ impl Opened<'_> {
         let title = title(word(format));
         let missing = missing.map(|how| Error::input(path, cut_short(&title, how)).truncated());
         let (read, convert) = match pixels {
-            Pixels::Png(decoder) => decode_png(decoder, facts.size),
+            Pixels::Png(decoder) => decode_png(*decoder, facts.size),
             Pixels::Image(decoder) => decode_image(path, decoder, format)?,
             Pixels::Jpeg(bytes) => decoded(jpeg_fallback::decode(&bytes)),
             Pixels::FewBits(few_bits) => decoded(few_bits.decode()),
@@ -350,7 +350,7 @@ fn open_png<'a>(path: &Path) -> Result<Opened<'a>> {
         gray: !png::is_colour(&decoder),
         extra: Extra::Alpha,
     };
-    let pixels = Pixels::Png(decoder);
+    let pixels = Pixels::Png(Box::new(decoder));
     Ok(Opened { format: ImageFormat::Png, facts, pixels, missing: None })
 }
 

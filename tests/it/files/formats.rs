@@ -214,7 +214,7 @@ fn planes_and_few_bits_of_a_tiff_are_read() {
     let planes: [&[u8]; 3] = [&[1, 4], &[2, 5], &[3, 6]];
     assert_eq!(read_tiff((2, 1), &rgb, &planes), [[1, 2, 3, 255], [4, 5, 6, 255]]);
     let gray: [(u16, &[u16]); 3] = [(258, &[2]), (262, &[0]), (277, &[1])];
-    assert_eq!(read_tiff((2, 1), &gray, &[&[0b00_10_0000]]), [[255; 4], [85, 85, 85, 255]]);
+    assert_eq!(read_tiff((2, 1), &gray, &[&[0b0010_0000]]), [[255; 4], [85, 85, 85, 255]]);
 }
 
 #[test]

@@ -38,7 +38,7 @@ fn outputs_that_cannot_be_meant_are_told_before_any_work() {
     }
     let inputs = vec![PathBuf::from(name(&folder, "there.png"))];
     let options = SinkOptions { inputs, overwrite: true, ..SinkOptions::default() };
-    let error = sink::create(&name(&folder, "there.png"), &info(size, 1), &options).err();
+    let error = sink::create(name(&folder, "there.png"), &info(size, 1), &options).err();
     assert!(error.expect("the input").to_string().contains("is the input"));
     assert_eq!(listed(folder.path()), ["folder.gif", "there.png"], "nothing new");
 }
@@ -50,7 +50,7 @@ fn sinks_that_are_dropped_leave_nothing() {
     for output in ["a.png", "a.gif", "new/", "a_%04d.png"] {
         let frames = if output == "a.png" { 1 } else { 2 };
         let mut sink = sink::create(
-            &name(&folder, output),
+            name(&folder, output),
             &info(frame.size(), frames),
             &SinkOptions::default(),
         )

@@ -73,7 +73,7 @@ pub(super) fn seeds(folder: &Path) -> Vec<Seed> {
 /// A small picture that changes with `t`.
 fn picture(t: u32) -> RgbaImage {
     RgbaImage::from_fn(20, 14, |x, y| {
-        let alpha = if (x + t) % 9 == 0 { 0 } else { 255 };
+        let alpha = if (x + t).is_multiple_of(9) { 0 } else { 255 };
         image::Rgba([(x * 12) as u8, (y * 17) as u8, ((x / 4 + y / 4 + t) % 2 * 200) as u8, alpha])
     })
 }

@@ -123,7 +123,7 @@ fn a_number_of_points_replaces_the_grid_of_a_preset_and_quality_its_steps() {
     let file = folder.path().join("mine.toml");
     std::fs::write(&file, "hex-density = 0.01\nrefine = 4\n").expect("a writable folder");
     let preset = format!("--preset={}", file.display());
-    let own = options(&[preset.clone()]);
+    let own = options(std::slice::from_ref(&preset));
     assert_eq!((&own["hex-density"], &own["refine"]), (&json!(0.01), &json!(4)));
     let points = options(&[preset.clone(), "--points=50".into()]);
     assert_eq!((&points["hex-density"], &points["points"]), (&Value::Null, &json!("50")));
