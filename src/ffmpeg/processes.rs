@@ -5,19 +5,26 @@ use std::collections::BTreeMap;
 use std::io;
 #[cfg(any(feature = "ffmpeg", windows))]
 use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// The child processes that were started with this list or a clone of it. A program keeps one for its
 /// Ctrl-C handler; a library user who never ends a run from outside need not care.
 #[derive(Clone, Debug, Default)]
-pub struct Processes(Arc<Mutex<List>>);
+pub struct Processes(Arc<Shared>);
+
+#[derive(Debug, Default)]
+struct Shared {
+    list: Mutex<List>,
+    /// Nobody wants more frames. Not in the list: whoever watches a child asks while holding a lock that is taken
+    /// under the list's when the child is reaped.
+    stopping: AtomicBool,
+}
 
 #[derive(Debug, Default)]
 struct List {
     /// Process groups, and whether each is one that we read from.
     running: BTreeMap<u32, bool>,
-    /// Nobody wants more frames.
-    stopping: bool,
     /// No child may be started any more.
     closed: bool,
 }
@@ -32,21 +39,22 @@ impl PartialEq for Processes {
 impl Processes {
     /// While this is held no child is started and none is reaped, so that all numbers in the list are theirs.
     fn list(&self) -> MutexGuard<'_, List> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.0.list.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Ends the processes that frames are read from. For after a stop was requested, when nobody wants
     /// another frame: without it a camera, a network or a broken decoder could keep the run waiting.
     pub fn end_readers(&self) {
-        let mut list = self.list();
-        list.stopping = true;
+        let list = self.list();
+        self.0.stopping.store(true, Ordering::SeqCst);
         list.running.iter().filter(|(_, reader)| **reader).for_each(|(&group, _)| kill(group));
     }
 
     /// Ends all processes, and lets none be started any more.
     pub fn end_all(&self) {
         let mut list = self.list();
-        (list.stopping, list.closed) = (true, true);
+        list.closed = true;
+        self.0.stopping.store(true, Ordering::SeqCst);
         list.running.keys().for_each(|&group| kill(group));
     }
 }
@@ -55,7 +63,7 @@ impl Processes {
 impl Processes {
     /// Whether [`Processes::end_readers`] was called.
     pub(crate) fn is_stopping(&self) -> bool {
-        self.list().stopping
+        self.0.stopping.load(Ordering::SeqCst)
     }
 
     /// Starts `command` and enters it in the list.
@@ -114,6 +122,19 @@ pub(crate) fn kill(_pid: u32) {}
 #[cfg(all(test, unix, feature = "ffmpeg"))]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_watcher_does_not_wait_for_who_reaps() {
+        let processes = Processes::default();
+        let (done, ended) = std::sync::mpsc::channel();
+        let asking = processes.clone();
+        processes.reap(1, || {
+            std::thread::spawn(move || done.send(asking.is_stopping()));
+            let asked = ended.recv_timeout(std::time::Duration::from_secs(60));
+            assert_eq!(asked, Ok(false), "a watcher that is asked holds what the reaper waits for");
+            (false, ())
+        });
+    }
 
     #[test]
     fn a_closed_list_starts_nothing() {

@@ -119,7 +119,8 @@ mod tests {
         for (rate, seconds) in [(60, 3), (100, 1), (120, 3), (144, 2), (75, 1), (1000, 1)] {
             let delays = delays(&vec![Rational::new(1, rate); (rate * seconds) as usize]);
             assert!(delays.iter().all(|&d| d >= 2), "{rate}: {delays:?}");
-            assert!(sum(&delays).abs_diff(100 * seconds as u32) <= 1, "{rate}: {}", sum(&delays));
+            // The last one is shown for the shortest time at least.
+            assert!(sum(&delays).abs_diff(100 * seconds as u32) <= 2, "{rate}: {}", sum(&delays));
             // As many frames as can be shown, or nearly.
             assert!(delays.len() as i64 >= 40 * seconds, "{rate}: {} frames", delays.len());
         }

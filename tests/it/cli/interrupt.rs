@@ -2,6 +2,7 @@
 #![cfg(unix)]
 
 use std::fs;
+use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
 
@@ -26,9 +27,18 @@ fn begin(folder: &Folder, side: u32, frames: u32, output: &str) -> Child {
     until("an output that is begun", || {
         let ended = child.try_wait().expect("a child");
         assert_eq!(ended, None, "the program has ended already");
-        folder.listing().iter().any(|name| name.contains("/.polyreel-")).then_some(())
+        let is_begun = folder.listing().iter().any(|name| name.starts_with("out/"));
+        (is_begun || has_open(&child, &folder.path("out"))).then_some(())
     });
     child
+}
+
+/// Whether a process has a file in `place` open: an unfinished one has no name where the system allows it.
+fn has_open(child: &Child, place: &Path) -> bool {
+    let place = place.canonicalize().expect("a folder");
+    let open = fs::read_dir(format!("/proc/{}/fd", child.id())).into_iter().flatten().flatten();
+    let mut files = open.filter_map(|entry| fs::read_link(entry.path()).ok());
+    files.any(|file| file.starts_with(&place))
 }
 
 fn press_ctrl_c(child: &Child) {
