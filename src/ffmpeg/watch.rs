@@ -168,8 +168,14 @@ fn activity(pid: u32) -> Option<Activity> {
         if state.rsplit_once(") ").is_some_and(|(_, rest)| rest.starts_with(['D', 'R'])) {
             return Some(Activity::Waits);
         }
-        // Not there in a kernel without CONFIG_PROC_CHILDREN: then nothing is known.
-        let children = std::fs::read_to_string(task.path().join("children")).ok()?;
+        let Ok(children) = std::fs::read_to_string(task.path().join("children")) else {
+            if task.path().exists() {
+                // A kernel without CONFIG_PROC_CHILDREN: nothing is known.
+                return None;
+            }
+            // The thread has ended this moment.
+            continue;
+        };
         for child in children.split_whitespace().filter_map(|pid| pid.parse().ok()) {
             match activity(child) {
                 Some(Activity::Used(more)) => used += more,
