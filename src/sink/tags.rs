@@ -70,9 +70,12 @@ const MATRICES: [(&str, u8); 15] = [
 ];
 const RANGES: [(&str, u8); 2] = [("tv", 1), ("pc", 2)];
 
+/// ffmpeg's names of code points.
+type Names = [(&'static str, u8)];
+
 /// Options that tag a stream.
 pub(crate) fn tag_arguments(tags: &Colorimetry) -> Vec<OsString> {
-    let named: [(&str, &Option<String>, &[(&str, u8)]); 4] = [
+    let named: [(&str, &Option<String>, &Names); 4] = [
         ("-colorspace", &tags.matrix, &MATRICES),
         ("-color_range", &tags.range, &RANGES),
         ("-color_primaries", &tags.primaries, &PRIMARIES),

@@ -168,10 +168,8 @@ fn the_film_is_read_and_not_its_cover() {
     make(
         &dir,
         "in.mkv",
-        &format!(
-            "-f lavfi -i testsrc=s=320x320:d=0.04 -f lavfi -i testsrc2=s=64x48:r=25:d=1 \
-             -map 0 -map 1 -c:v:0 mjpeg -c:v:1 libx264 -pix_fmt:v:1 yuv420p"
-        ),
+        "-f lavfi -i testsrc=s=320x320:d=0.04 -f lavfi -i testsrc2=s=64x48:r=25:d=1 \
+             -map 0 -map 1 -c:v:0 mjpeg -c:v:1 libx264 -pix_fmt:v:1 yuv420p",
     );
     render(&dir, "in.mkv", "out.mp4");
     assert_eq!(times(&dir.path().join("out.mp4")).len(), 25);
