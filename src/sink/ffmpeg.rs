@@ -51,6 +51,9 @@ pub struct VideoSink {
     planes: Vec<u8>,
     first: Option<Rational>,
     last_pts: Option<u64>,
+    /// Units between the last two frames, and whether these ever differed by more than a millisecond.
+    step: Option<u64>,
+    is_uneven: bool,
     count: u64,
     end: Rational,
 }
@@ -164,6 +167,8 @@ impl VideoSink {
             planes: Vec::new(),
             first: None,
             last_pts: None,
+            step: None,
+            is_uneven: false,
             count: 0,
             end: Rational::ZERO,
         })
@@ -198,6 +203,14 @@ impl VideoSink {
         (streams.source().cut || !whole).then_some(self.end)
     }
 
+    fn note_step(&mut self, pts: u64) {
+        if let Some(last) = self.last_pts.replace(pts) {
+            let step = pts - last;
+            let apart = self.step.replace(step).map_or(0, |before| before.abs_diff(step));
+            self.is_uneven |= apart as f64 * self.time_base.to_f64() > 1e-3;
+        }
+    }
+
     /// The last frame, if ffmpeg cannot have got its length right.
     fn last(&self) -> Option<Last> {
         let start = Rational::new(i64::try_from(self.last_pts?).ok()?, 1) * self.time_base;
@@ -207,6 +220,8 @@ impl VideoSink {
             difference.max(-difference) > Rational::new(1, 1000)
         });
         let number = self.count.checked_sub(1)?;
+        // ffmpeg ends QuickTime's tables with the last packet in decoding order, which after a hold is too early.
+        let off = off || self.is_uneven && self.container.is_quicktime();
         (off && length > Rational::ZERO).then_some(Last { number, start, length })
     }
 
@@ -282,7 +297,7 @@ impl Sink for VideoSink {
             return Err(self.fallen());
         }
         self.first.get_or_insert(Rational::new(pts as i64, 1) * self.time_base);
-        self.last_pts = Some(pts);
+        self.note_step(pts);
         self.count += 1;
         let length = span.length.or(self.spec.rate.and_then(Rational::recip));
         self.end = span.start + length.unwrap_or(Rational::ZERO);

@@ -124,6 +124,8 @@ fn lengthen(last: &Last, picture: &Finished<'_>) -> String {
     // To the end of the tables, but not beyond the end of the picture.
     let left = format!("{end:.6}/TB-STARTPTS-({decoded}-STARTDTS)");
     let left = format!("max({shown}\\,min({left}\\,{end:.6}/TB-PTS))");
+    // No other ends later either: ffmpeg 9 takes the latest end of all.
+    let shown = format!("min({shown}\\,{end:.6}/TB-PTS)");
     format!(
         "setts=pts=PTS:dts=if(eq(N\\,{number})\\,{decoded}\\,DTS):duration=if(eq(N\\,{number})\\,{left}\\,{shown})"
     )

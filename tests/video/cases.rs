@@ -32,7 +32,11 @@ fn colour_tags_that_options_call_otherwise_come_through() {
     make(
         &dir,
         "pal.mp4",
-        &format!("{scene} {X264} -color_trc gamma28 -colorspace bt470bg -color_primaries bt470bg"),
+        // ffmpeg 9 takes tags from frames, not from options.
+        &format!(
+            "{scene} -vf setparams=color_trc=bt470bg:colorspace=bt470bg:color_primaries=bt470bg {X264} \
+             -color_trc gamma28 -colorspace bt470bg -color_primaries bt470bg"
+        ),
     );
     make(&dir, "gbr.mp4", &format!("{scene} {X264} -bsf:v h264_metadata=matrix_coefficients=0"));
     render(&dir, "pal.mp4", "out.mp4");
@@ -215,7 +219,8 @@ fn hdr_comes_to_pictures_as_sdr() {
     }
     let dir = folder();
     // Diffuse white of 203 nits in PQ.
-    let white = "color=white:s=64x48:r=10:d=0.2,format=yuv420p10le,geq=lum=573:cb=512:cr=512";
+    let white = "color=white:s=64x48:r=10:d=0.2,format=yuv420p10le,geq=lum=573:cb=512:cr=512,\
+                 setparams=color_trc=smpte2084:color_primaries=bt2020:colorspace=bt2020nc:range=tv";
     make(
         &dir,
         "in.mp4",

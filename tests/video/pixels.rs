@@ -28,8 +28,8 @@ fn flat_colours_come_back_within_two_whatever_the_tags() {
                 let rgb = [200u8, 60, 30, 255];
                 let args = format!(
                     "-f lavfi -i color=c=0xC83C1E:s=96x64:r=10:d=0.5 -vf \
-                     format=gbrp,scale=out_color_matrix={matrix}:out_range={range},format={format} \
-                     -c:v {codec} -qp 1 -colorspace {tag} -color_range {tagged}"
+                     format=gbrp,scale=out_color_matrix={matrix}:out_range={range},format={format},\
+                     setparams=colorspace={tag}:range={tagged} -c:v {codec} -qp 1 -colorspace {tag} -color_range {tagged}"
                 );
                 let of = format!("{tag} {range} {format}");
                 let clip = make(&dir, "colour.mp4", &args);
@@ -94,6 +94,20 @@ fn rgb_pictures_become_tagged_video() {
     assert_flat(&frames[4].frame, [250, 20, 90, 255], 2, "tagged");
 }
 
+/// Copies the MP4 `from` to `to`, to be shown turned right by 90 degrees: the matrix of its track's header says so.
+/// ffmpeg 5.1 has another option for it than 9.
+fn turn(from: &Path, to: &Path) {
+    let mut bytes = std::fs::read(from).expect("the clip");
+    let header = bytes.windows(4).position(|name| name == b"tkhd").expect("a track's header");
+    // Version 0: after the name 40 bytes to the matrix, which begins with a, b, u, c, d.
+    let one = 0x1_0000_i32;
+    let height = i32::from_be_bytes(bytes[header + 84..][..4].try_into().expect("four bytes"));
+    for (i, value) in [0, one, 0, -one, 0, 0, height, 0].into_iter().enumerate() {
+        bytes[header + 44 + 4 * i..][..4].copy_from_slice(&value.to_be_bytes());
+    }
+    std::fs::write(to, bytes).expect("the turned clip");
+}
+
 #[test]
 fn rotation_aspect_and_odd_sizes() {
     if !require() {
@@ -104,11 +118,8 @@ fn rotation_aspect_and_odd_sizes() {
     let halves = "-f lavfi -i color=red:s=32x48:r=5:d=1 -f lavfi -i color=blue:s=32x48:r=5:d=1 \
                   -filter_complex hstack -c:v libx264 -pix_fmt yuv444p -qp 1";
     let plain = make(&dir, "plain.mp4", halves);
-    let turned = make(
-        &dir,
-        "turned.mp4",
-        &format!("-i {} -c copy -metadata:s:v:0 rotate=90", plain.display()),
-    );
+    let turned = dir.path().join("turned.mp4");
+    turn(&plain, &turned);
     let (frames, end) = read(&turned);
     end.expect("turned");
     assert_eq!(frames[0].frame.size(), Size::new(48, 64));
