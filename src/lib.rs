@@ -36,7 +36,7 @@
 //! # Layers
 //!
 //! Modules, lowest first; each uses only those before it, and the engine (checked by a test):
-//! `error`, `memory`, `stream`, `look`, `pattern`, `ffmpeg`, `preset`, `source`, `sink`, `pipeline`
+//! `error`, `memory`, `stream`, `look`, `pattern`, `ffmpeg`, `preset`, `source`, `sink`, `pipeline`, `program`
 
 // Without `unstable` parts that only the program uses have no user here.
 #![cfg_attr(not(feature = "unstable"), allow(dead_code, unreachable_pub, unused_imports))]
@@ -47,9 +47,16 @@ pub use polyreel_core::unstable::*;
 #[cfg(not(feature = "unstable"))]
 use polyreel_core::unstable::*;
 
+// The program, which calls the library by its name as others do.
+#[cfg(feature = "cli")]
+extern crate self as polyreel;
+
 mod look;
 mod memory;
 pub mod preset;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod program;
 
 #[cfg(not(feature = "unstable"))]
 mod error;

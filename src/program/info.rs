@@ -8,9 +8,9 @@ use polyreel::pipeline::{InputReport, Stop};
 use polyreel::source;
 use polyreel::stream::{Loops, StreamInfo};
 
-use crate::cli::InfoArgs;
-use crate::interrupt::Interrupt;
-use crate::{Outcome, print, terminal};
+use crate::program::cli::InfoArgs;
+use crate::program::interrupt::Interrupt;
+use crate::program::{Outcome, print, terminal};
 
 /// Prints what the input's headers tell.
 pub(crate) fn info(args: &InfoArgs) -> Result<Outcome> {

@@ -1,4 +1,5 @@
-//! The polyreel program: parses, runs, and says how it went.
+//! The polyreel program: parses, runs, and says how it went. It is a module of the library, so that the Python
+//! package has the same commands and options ([`embed`]); `src/bin/polyreel.rs` only calls [`main`].
 //!
 //! Exit codes: 0 done, 1 failed, 2 usage, 130 stopped by Ctrl-C.
 
@@ -7,6 +8,7 @@ mod budget;
 mod cli;
 mod convergence;
 mod crash;
+pub mod embed;
 mod evaluate;
 mod info;
 mod inspect;
@@ -28,6 +30,7 @@ mod repaint;
 mod scores;
 mod terminal;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -43,18 +46,25 @@ enum Outcome {
     Interrupted,
 }
 
-fn main() -> ExitCode {
+/// Runs the command line of this process.
+pub fn main() -> ExitCode {
+    ExitCode::from(main_of(std::env::args_os()))
+}
+
+/// Runs the command line `arguments`, the program's name first, and returns the exit code. What signals and panics
+/// do in this process is changed.
+pub fn main_of(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     interrupt::survive_limits();
     // A wrong command line ends here, with exit code 2.
-    let cli = Cli::try_parse().unwrap_or_else(|error| refuse(&error));
-    ExitCode::from(match crash::catch(|| run(cli.command)) {
+    let cli = Cli::try_parse_from(arguments).unwrap_or_else(|error| refuse(&error));
+    match crash::catch(|| run(cli.command)) {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::Interrupted) => 130,
         Err(error) => {
             report(&error);
             if error.is_usage() { 2 } else { 1 }
         }
-    })
+    }
 }
 
 fn run(command: Command) -> Result<Outcome> {

@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use crate::scores::Evaluation;
-use crate::scores::clip::{ClipMethodScores, ClipScores};
-use crate::scores::disturb::Disturbance;
-use crate::scores::still::{MethodScores, StillScores};
+use crate::program::scores::Evaluation;
+use crate::program::scores::clip::{ClipMethodScores, ClipScores};
+use crate::program::scores::disturb::Disturbance;
+use crate::program::scores::still::{MethodScores, StillScores};
 
 const HEAD: [&str; 32] = [
     "input",

@@ -8,8 +8,8 @@ use clap::Args;
 use polyreel::options::Method;
 
 use super::InputArgs;
-use crate::amount;
-use crate::look::{LookArgs, methods};
+use crate::program::amount;
+use crate::program::look::{LookArgs, methods};
 
 #[derive(Debug, Args)]
 #[command(override_usage = "polyreel evaluate [OPTIONS] <INPUT>...")]

@@ -5,7 +5,7 @@ use std::path::Path;
 use polyreel::error::Result;
 use polyreel::plane::Plane;
 
-use crate::record;
+use crate::program::record;
 
 /// Writes `plane` as an array of shape (height, width) of little-endian 32-bit floats.
 pub(crate) fn write(path: &Path, plane: &Plane<f32>, overwrite: bool) -> Result<()> {

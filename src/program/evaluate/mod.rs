@@ -5,11 +5,11 @@ mod page;
 
 use std::path::{Path, PathBuf};
 
-use crate::scores::clip::evaluate_clip;
-use crate::scores::still::evaluate_still;
-use crate::scores::tables::{short_name, tables};
-use crate::scores::thumbnail::thumbnail;
-use crate::scores::{Evaluation, Failure, Plan, over_white};
+use crate::program::scores::clip::evaluate_clip;
+use crate::program::scores::still::evaluate_still;
+use crate::program::scores::tables::{short_name, tables};
+use crate::program::scores::thumbnail::thumbnail;
+use crate::program::scores::{Evaluation, Failure, Plan, over_white};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use polyreel::error::{Error, Result};
 use polyreel::ffmpeg::Processes;
@@ -17,8 +17,8 @@ use polyreel::frame::Frame;
 use polyreel::options::Points;
 use polyreel::source::{self, Input};
 
-use crate::cli::EvaluateArgs;
-use crate::{Outcome, print, record, terminal};
+use crate::program::cli::EvaluateArgs;
+use crate::program::{Outcome, print, record, terminal};
 
 /// Longest side of a picture on the page: two of them side by side on a small screen.
 const THUMBNAIL: u32 = 360;

@@ -6,7 +6,7 @@ use polyreel::frame::Frame;
 use polyreel::metric::mse::psnr;
 use polyreel::refine::Refined;
 
-use crate::plot::{self, COLOURS, Line, Place};
+use crate::program::plot::{self, COLOURS, Line, Place};
 
 /// Mean squared errors before the first step and after each, over all channels, 0..65025.
 pub(crate) struct Convergence {

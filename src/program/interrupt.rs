@@ -56,6 +56,11 @@ impl Interrupt {
         interrupt
     }
 
+    /// One that listens to nothing, for a run whose processes are entered in `processes`.
+    pub(crate) fn with(processes: Processes) -> Self {
+        Self(Arc::new(State { processes, ..State::default() }))
+    }
+
     /// The list that all processes must be entered in, so that none outlives the program.
     pub(crate) fn processes(&self) -> Processes {
         self.0.processes.clone()

@@ -3,8 +3,8 @@
 use clap::CommandFactory;
 use polyreel::error::{Error, Result};
 
-use crate::cli::Cli;
-use crate::{Outcome, print};
+use crate::program::cli::Cli;
+use crate::program::{Outcome, print};
 
 /// Prints the completion script for `shell`.
 pub(crate) fn completions(shell: clap_complete::Shell) -> Result<Outcome> {

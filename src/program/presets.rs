@@ -5,7 +5,7 @@ use std::fmt::Write;
 use polyreel::error::Result;
 use polyreel::options::{Options, PRESETS};
 
-use crate::{Outcome, print};
+use crate::program::{Outcome, print};
 
 /// Lists the presets, or prints the one called `name` as TOML.
 pub(crate) fn presets(name: Option<&str>) -> Result<Outcome> {

@@ -11,23 +11,26 @@ use polyreel::sink::{self, SinkOptions};
 use polyreel::source::mesh_stream::MeshSource;
 use polyreel::stream::StreamInfo;
 
-use crate::Outcome;
-use crate::cli::RenderArgs;
-use crate::interrupt::Interrupt;
-use crate::progress::Progress;
-use crate::render::{bytes_of, record_of, sound, tell};
-use crate::terminal;
+use crate::program::cli::RenderArgs;
+use crate::program::embed::Watcher;
+use crate::program::interrupt::Interrupt;
+use crate::program::render::{Frames, bytes_of, record_of, sound};
 
-/// Renders the mesh stream `input` to `output`.
-pub(crate) fn repaint(args: &RenderArgs, input: &OsStr, output: &OsStr) -> Result<Outcome> {
+/// Renders the mesh stream `input` to `output`, as [`render_for`](super::render::render_for) does other inputs.
+pub(crate) fn repaint(
+    args: &RenderArgs,
+    input: &OsStr,
+    output: &OsStr,
+    stop: &Stop,
+    interrupt: &Interrupt,
+    watcher: &mut dyn Watcher,
+) -> Result<()> {
     let run = &args.run;
     if run.budget.is_some() || run.replay.is_some() || run.looped || run.preview {
         return Err(Error::usage(
             "--budget, --replay, --loop and --preview are for inputs that become a mesh; a mesh stream is one",
         ));
     }
-    let stop = Stop::default();
-    let interrupt = Interrupt::listen(&stop);
     let source = MeshSource::open(Path::new(input))?;
     let scale = args.write.scale.unwrap_or(1.0);
     let look = Repainted::look_at(&args.look.repaint(&source.look())?, scale);
@@ -44,28 +47,26 @@ pub(crate) fn repaint(args: &RenderArgs, input: &OsStr, output: &OsStr) -> Resul
         inputs,
         sound: sound(args),
         look: look.clone(),
-        ..crate::render::write_options(args, interrupt.processes())?
+        ..crate::program::render::write_options(args, interrupt.processes())?
     };
     let sink = sink::create(output, &info, &options)?;
     let warnings = sink.warnings().to_vec();
-    if !run.quiet {
-        warnings.iter().for_each(terminal::warn);
-    }
-    let sink = Box::new(Repainted::new(sink, &look, info.size));
-    let mut progress = Progress::new(info.frames, run.quiet, record.is_some());
+    warnings.iter().for_each(|warning| watcher.warns(warning));
+    let sink = watcher.taps(Box::new(Repainted::new(sink, &look, info.size)));
+    let mut frames = Frames::begin(watcher, &info, record.is_some());
     interrupt.begin();
     let allowed = args.input.allow_truncated;
-    let ended = pipeline::repaint(|| Ok(source), &part, sink, allowed, &mut progress, &stop);
-    let per_frame = progress.finish();
+    let ended = pipeline::repaint(|| Ok(source), &part, sink, allowed, &mut frames, stop);
+    let per_frame = frames.end();
     let summary = ended?;
     let path = output.to_string_lossy().into_owned();
     let written = OutputReport { path, size: info.size, bytes: bytes_of(output), warnings };
-    tell(args, &info, &written, &summary);
+    watcher.ended(&info, &written, &summary);
     if let Some(record) = record {
         let input = InputReport::new(&args.input.inputs, info);
         record.write(&Report::new(input, written, look, &summary, per_frame))?;
     }
-    Ok(if interrupt.happened() { Outcome::Interrupted } else { Outcome::Done })
+    Ok(())
 }
 
 /// What `info` becomes of a part: how many frames that has is known where only their number is cut.

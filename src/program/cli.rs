@@ -17,9 +17,9 @@ use polyreel::sink::ffmpeg::VideoOptions;
 use polyreel::source::SourceOptions;
 use polyreel::svg::Seams;
 
-use crate::amount;
-use crate::budget::{Budget, budget};
-use crate::look::{LookArgs, one_of};
+use crate::program::amount;
+use crate::program::budget::{Budget, budget};
+use crate::program::look::{LookArgs, one_of};
 
 pub(crate) use evaluate::EvaluateArgs;
 pub(crate) use preview::PreviewArgs;

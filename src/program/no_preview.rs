@@ -8,8 +8,8 @@ use polyreel::pipeline::{Controls, Observer, Stop, Summary};
 use polyreel::sink::Sink;
 use polyreel::stream::StreamInfo;
 
-use crate::Outcome;
-use crate::cli::PreviewArgs;
+use crate::program::Outcome;
+use crate::program::cli::PreviewArgs;
 
 fn no_window() -> Error {
     Error::output("preview", "this polyreel was built without its window (feature 'preview')")

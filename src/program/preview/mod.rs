@@ -36,10 +36,10 @@ use polyreel::sink::{Sink, SinkOptions};
 use polyreel::source;
 use polyreel::stream::StreamInfo;
 
-use crate::Outcome;
-use crate::budget::Budget;
-use crate::cli::PreviewArgs;
-use crate::interrupt::Interrupt;
+use crate::program::Outcome;
+use crate::program::budget::Budget;
+use crate::program::cli::PreviewArgs;
+use crate::program::interrupt::Interrupt;
 use mailbox::{Glance, Mailbox, Screen};
 use playback::{Deck, Playback};
 use recorder::Recorder;
@@ -106,7 +106,7 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
             pipeline::run(move || Ok(Box::new(playback)), screen, &settings, observer, stop)
         },
     );
-    recorder.close().iter().for_each(crate::terminal::say);
+    recorder.close().iter().for_each(crate::program::terminal::say);
     ended?;
     Ok(if interrupt.happened() { Outcome::Interrupted } else { Outcome::Done })
 }

@@ -36,7 +36,9 @@ fn note(panic: &PanicHookInfo<'_>) {
     // Only where RUST_BACKTRACE asks for it.
     let trace = Backtrace::capture();
     if trace.status() == BacktraceStatus::Captured {
-        crate::terminal::say_lines(&format!("polyreel panicked{place}: {message}\n{trace}"));
+        crate::program::terminal::say_lines(&format!(
+            "polyreel panicked{place}: {message}\n{trace}"
+        ));
     }
     let mut panics = panics();
     if panics.len() < MOST_KEPT {

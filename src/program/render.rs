@@ -2,6 +2,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fmt::Write as _;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,8 +12,8 @@ use polyreel::ffmpeg::Processes;
 use polyreel::frame::Rational;
 use polyreel::options::{Options, Target};
 use polyreel::pipeline::{
-    self, Controls, DetailPolicy, Ending, InputReport, OutputReport, Report, Script, Settings,
-    Stop, Summary,
+    self, Controls, DetailPolicy, Ending, FrameReport, InputReport, Observer, OutputReport, Report,
+    Script, Settings, Stop, Summary,
 };
 use polyreel::refine::RefineOptions;
 use polyreel::sink::ffmpeg::VideoOptions;
@@ -24,26 +25,38 @@ use polyreel::source::{self, Input, SourceOptions};
 use polyreel::stage::Stage;
 use polyreel::stream::{StreamInfo, is_hdr};
 
-use crate::Outcome;
-use crate::cli::RenderArgs;
-use crate::interrupt::Interrupt;
-use crate::preview::Beside;
-use crate::progress::Progress;
-use crate::record::Record;
-use crate::repaint::repaint;
-use crate::terminal;
+use crate::program::Outcome;
+use crate::program::cli::{RenderArgs, RunArgs};
+use crate::program::embed::Watcher;
+use crate::program::interrupt::Interrupt;
+use crate::program::preview::Beside;
+use crate::program::progress::Progress;
+use crate::program::record::Record;
+use crate::program::repaint::repaint;
+use crate::program::terminal;
 
-/// Renders the input to the output.
+/// Renders the input to the output, and tells of it on the terminal.
 pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
+    let stop = Stop::default();
+    let interrupt = Interrupt::listen(&stop);
+    render_for(args, &stop, &interrupt, &mut Progress::new(&args.run))?;
+    Ok(if interrupt.happened() { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// Renders the input to the output. All that there is to say is said to `watcher`.
+pub(crate) fn render_for(
+    args: &RenderArgs,
+    stop: &Stop,
+    interrupt: &Interrupt,
+    watcher: &mut dyn Watcher,
+) -> Result<()> {
     let output = args.output.as_deref().ok_or_else(|| no_output(&args.input.inputs))?;
     if let [one] = &args.input.inputs[..]
         && is_mesh_stream(one)
     {
-        return repaint(args, one, output);
+        return repaint(args, one, output, stop, interrupt, watcher);
     }
     let mut options = args.look.options()?;
-    let stop = Stop::default();
-    let interrupt = Interrupt::listen(&stop);
     let (to_video, to_gif) = (is_video(output), has_extension(output, "gif"));
     let wanted = SourceOptions {
         looped: args.run.looped,
@@ -69,9 +82,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     if !to_video && info.colour.as_ref().is_some_and(is_hdr) {
         warnings.push(HDR_STAYS.to_owned());
     }
-    if !args.run.quiet {
-        warnings.iter().for_each(terminal::warn);
-    }
+    warnings.iter().for_each(|warning| watcher.warns(warning));
     if args.run.verbose {
         terminal::say(settings_line(&options, args));
     }
@@ -83,27 +94,25 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         live: info.live && sink.needs().live,
         allow_truncated: args.input.allow_truncated,
     };
-    let mut progress = Progress::new(info.frames, args.run.quiet, record.is_some())
-        .telling_changes(args.run.verbose);
+    let sink = watcher.taps(sink);
+    let mut frames = Frames::begin(watcher, &info, record.is_some());
     interrupt.begin();
     let start = move || input.start();
     let ended = match window {
-        None => pipeline::run(start, sink, &settings, &mut progress, &stop),
+        None => pipeline::run(start, sink, &settings, &mut frames, stop),
         Some(window) => {
             let sink = window.watch(sink);
-            window.run(&stop, &interrupt.processes(), &mut progress, |observer| {
-                pipeline::run(start, sink, &settings, observer, &stop)
+            window.run(stop, &interrupt.processes(), &mut frames, |observer| {
+                pipeline::run(start, sink, &settings, observer, stop)
             })
         }
     };
-    let per_frame = progress.finish();
+    let per_frame = frames.end();
     let summary = ended?;
     if let (Some(target), Some(least)) = (settings.options.error, summary.likeness)
         && let Some(warning) = fell_short(target, summary.short, least)
     {
-        if !args.run.quiet {
-            terminal::warn(&warning);
-        }
+        watcher.warns(&warning);
         warnings.push(warning);
     }
     let written = OutputReport {
@@ -112,12 +121,41 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
         bytes: bytes_of(output),
         warnings,
     };
-    tell(args, &info, &written, &summary);
+    watcher.ended(&info, &written, &summary);
     if let Some(record) = record {
         let input = InputReport::new(&args.input.inputs, info);
         record.write(&Report::new(input, written, options, &summary, per_frame))?;
     }
-    Ok(if interrupt.happened() { Outcome::Interrupted } else { Outcome::Done })
+    Ok(())
+}
+
+/// The frames of a run, told to a watcher, their reports kept where they are wanted: about 200 bytes a frame.
+pub(crate) struct Frames<'a> {
+    watcher: &'a mut dyn Watcher,
+    reports: Option<Vec<FrameReport>>,
+}
+
+impl<'a> Frames<'a> {
+    /// Tells `watcher` that frames of `info` follow.
+    pub(crate) fn begin(watcher: &'a mut dyn Watcher, info: &StreamInfo, keep: bool) -> Self {
+        watcher.begins(info);
+        Self { watcher, reports: keep.then(Vec::new) }
+    }
+
+    /// Tells that no more follow. The reports that were kept.
+    pub(crate) fn end(self) -> Vec<FrameReport> {
+        self.watcher.frames_end();
+        self.reports.unwrap_or_default()
+    }
+}
+
+impl Observer for Frames<'_> {
+    fn frame_done(&mut self, report: &FrameReport) -> ControlFlow<()> {
+        if let Some(reports) = &mut self.reports {
+            reports.push(report.clone());
+        }
+        self.watcher.frame_done(report)
+    }
 }
 
 /// What is said of HDR that is written as if it were SDR.
@@ -265,20 +303,15 @@ fn settings_line(options: &Options, args: &RenderArgs) -> String {
 }
 
 /// What there is to say on standard error after a run that did not fail.
-pub(crate) fn tell(
-    args: &RenderArgs,
-    info: &StreamInfo,
-    written: &OutputReport,
-    summary: &Summary,
-) {
+pub(crate) fn tell(run: &RunArgs, info: &StreamInfo, written: &OutputReport, summary: &Summary) {
     if let Ending::Truncated(error) = &summary.ending {
         terminal::warn(format_args!("{error}; the output holds what came before"));
     }
     // A reader who has gone had enough.
-    if args.run.quiet || matches!(summary.ending, Ending::Closed) {
+    if run.quiet || matches!(summary.ending, Ending::Closed) {
         return;
     }
-    if args.run.verbose {
+    if run.verbose {
         terminal::say_lines(&stage_table(summary));
     }
     let frames = match summary.frames {

@@ -106,7 +106,7 @@ impl Recorder {
         tape.pictures += 1;
         let span = Span { start, ..picture.span };
         if let Err(error) = tape.sink.write(Picture { span, ..picture.clone() }, None) {
-            crate::terminal::warn(format_args!("the recording ends: {error}"));
+            crate::program::terminal::warn(format_args!("the recording ends: {error}"));
             *slot = None;
         }
     }

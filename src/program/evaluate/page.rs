@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-use crate::scores::still::{MethodScores, StillScores};
-use crate::scores::tables::short_name;
-use crate::scores::{Evaluation, Table, Variant};
+use crate::program::scores::still::{MethodScores, StillScores};
+use crate::program::scores::tables::short_name;
+use crate::program::scores::{Evaluation, Table, Variant};
 
 use super::Gallery;
-use crate::plot::{COLOURS, Line, Place, escaped, svg};
+use crate::program::plot::{COLOURS, Line, Place, escaped, svg};
 
 const STYLE: &str = include_str!("page.css");
 

@@ -24,11 +24,11 @@ use polyreel::sink::{self, Picture, SinkOptions};
 use polyreel::source::{self, SourceOptions};
 use polyreel::stream::{Span, StreamInfo};
 
-use crate::cli::InspectArgs;
-use crate::convergence::Convergence;
-use crate::interrupt::Interrupt;
-use crate::render::fell_short;
-use crate::{Outcome, npy, record};
+use crate::program::cli::InspectArgs;
+use crate::program::convergence::Convergence;
+use crate::program::interrupt::Interrupt;
+use crate::program::render::fell_short;
+use crate::program::{Outcome, npy, record};
 
 const WHITE: Rgba = [255, 255, 255, 255];
 const INK: Rgba = [24, 24, 32, 255];
@@ -123,7 +123,7 @@ fn course(options: &Options, features: &Features, frame: &Frame) -> Result<Cours
     if let (Some(target), Some(likeness)) = (options.error, refined.likeness)
         && let Some(warning) = fell_short(target, u64::from(likeness < target.value()), likeness)
     {
-        crate::terminal::warn(warning);
+        crate::program::terminal::warn(warning);
     }
     let points = Points::Count(u32::try_from(before.seeds().len()).unwrap_or(u32::MAX));
     let grid = match options.points {

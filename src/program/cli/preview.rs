@@ -5,9 +5,9 @@ use std::num::NonZeroUsize;
 use clap::Args;
 
 use super::InputArgs;
-use crate::amount;
-use crate::budget::{Budget, budget};
-use crate::look::LookArgs;
+use crate::program::amount;
+use crate::program::budget::{Budget, budget};
+use crate::program::look::LookArgs;
 
 const PREVIEW_EXAMPLES: &str =
     "A file plays at its own speed, round after round; of a camera or a stream \

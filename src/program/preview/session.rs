@@ -12,7 +12,7 @@ use polyreel::sample::Sampler;
 use polyreel::sink::{self, Picture, SinkOptions};
 use polyreel::stream::{Loops, StreamInfo};
 
-use crate::record;
+use crate::program::record;
 
 use super::canvas::{Area, Canvas};
 use super::change::changed;

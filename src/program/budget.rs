@@ -6,7 +6,7 @@ use polyreel::error::{Error, Result};
 use polyreel::frame::Rational;
 use polyreel::stream::StreamInfo;
 
-use crate::amount;
+use crate::program::amount;
 
 /// The time that a frame may take, as it was asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

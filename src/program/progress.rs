@@ -1,0 +1,83 @@
+//! What a render tells on standard error: its progress bar, warnings and the line at its end.
+
+use std::fmt::Write;
+use std::io::{IsTerminal, stderr};
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use polyreel::pipeline::{FrameReport, OutputReport, Summary};
+use polyreel::stream::StreamInfo;
+
+use crate::program::cli::RunArgs;
+use crate::program::embed::Watcher;
+use crate::program::render::tell;
+use crate::program::terminal;
+
+/// How often the bar is drawn while no frame comes.
+const TICK: Duration = Duration::from_millis(200);
+
+/// Tells on the terminal how a run goes.
+#[derive(Debug)]
+pub(crate) struct Progress<'a> {
+    run: &'a RunArgs,
+    bar: ProgressBar,
+}
+
+impl<'a> Progress<'a> {
+    /// As `run` asks for. A bar is drawn only if standard error is a terminal.
+    pub(crate) fn new(run: &'a RunArgs) -> Self {
+        Self { run, bar: ProgressBar::hidden() }
+    }
+}
+
+fn style(length_known: bool) -> ProgressStyle {
+    let template = if length_known {
+        "{wide_bar} {pos}/{len} frames, {rate}, {eta} left"
+    } else {
+        "{spinner} {pos} frames, {rate}, {elapsed}"
+    };
+    let style = ProgressStyle::with_template(template).expect("the template is a fixed, sound one");
+    style.with_key("rate", |state: &ProgressState, to: &mut dyn Write| {
+        // A bar that cannot be drawn is no reason to stop.
+        let _ = write!(to, "{:.1} fps", state.per_sec());
+    })
+}
+
+impl Watcher for Progress<'_> {
+    fn begins(&mut self, info: &StreamInfo) {
+        let shown = !self.run.quiet && stderr().is_terminal();
+        let target =
+            if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        self.bar = ProgressBar::with_draw_target(info.frames, target);
+        self.bar.set_style(style(info.frames.is_some()));
+        if shown {
+            self.bar.enable_steady_tick(TICK);
+        }
+    }
+
+    fn frame_done(&mut self, report: &FrameReport) -> ControlFlow<()> {
+        self.bar.inc(1);
+        if self.run.verbose {
+            for change in &report.changes {
+                self.bar
+                    .suspend(|| terminal::say(format_args!("frame {}: {change}", report.index)));
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn frames_end(&mut self) {
+        self.bar.finish_and_clear();
+    }
+
+    fn warns(&mut self, text: &str) {
+        if !self.run.quiet {
+            terminal::warn(text);
+        }
+    }
+
+    fn ended(&mut self, info: &StreamInfo, written: &OutputReport, summary: &Summary) {
+        tell(self.run, info, written, summary);
+    }
+}
