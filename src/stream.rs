@@ -1,4 +1,4 @@
-//! What is known of a stream before its frames are read, and when its frames are shown.
+//! The properties of a stream that are known before its frames are read, and the times of frames.
 
 use crate::colour::Colorimetry;
 use crate::frame::Rational;
@@ -7,18 +7,18 @@ use crate::geom::Size;
 /// How often an animation plays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Loops {
-    /// Once (also for what is no animation).
+    /// Once; also for inputs that are not animations.
     #[default]
     Once,
-    /// This many times in all, at least twice.
+    /// This number of times, at least 2.
     Times(u32),
-    /// Without end.
+    /// For ever.
     Forever,
 }
 
-/// What is known of a stream before its frames are read.
+/// The properties of a stream that are known before its frames are read.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct StreamInfo {
@@ -26,9 +26,9 @@ pub struct StreamInfo {
     pub format: String,
     /// Size of every frame, after rotation and pixel aspect are applied.
     pub size: Size,
-    /// Number of frames, where the container tells it or counting is cheap.
+    /// Number of frames, if the container has it or counting is fast.
     pub frames: Option<u64>,
-    /// Frames per second, where it is constant or the container tells a nominal one.
+    /// Frames per second, if the rate is constant or the container has a nominal one.
     pub rate: Option<Rational>,
     /// Length in seconds.
     pub duration: Option<Rational>,
@@ -47,7 +47,7 @@ pub struct StreamInfo {
 }
 
 impl StreamInfo {
-    /// A film of `size` of which nothing else is known.
+    /// A video of `size`, all other properties unknown.
     pub fn of(size: Size) -> Self {
         Self {
             format: String::new(),
@@ -68,13 +68,13 @@ impl StreamInfo {
 /// When a frame is shown, in seconds from the start of the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Span {
-    /// First moment.
+    /// Start time in seconds.
     pub start: Rational,
-    /// How long, where it is known.
+    /// Duration in seconds, if known.
     pub length: Option<Rational>,
 }
 
-/// Whether `tags` are those of HDR: of PQ or HLG.
+/// Whether `tags` mean HDR: PQ or HLG.
 pub fn is_hdr(tags: &Colorimetry) -> bool {
     matches!(tags.transfer.as_deref(), Some("smpte2084" | "arib-std-b67"))
 }

@@ -1,4 +1,4 @@
-//! The decode stage: frames of a file wait for room, frames of a live source do not.
+//! The decode stage: frames of a file wait until the next stage is free; frames of a live source do not.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -16,7 +16,7 @@ use super::hop::{Admitted, FrameContext, FrameSettings};
 use super::report::FrameReport;
 use super::worker::StageWorker;
 
-/// Asks a run to stop early; clones stop the same run. A stop has the effect of a shorter input: frames in
+/// A request to stop a run early; clones stop the same run. A stop has the effect of a shorter input: frames in
 /// flight are finished, and the output is complete and valid.
 #[derive(Clone, Debug, Default)]
 pub struct Stop(Arc<AtomicBool>);
@@ -33,7 +33,7 @@ impl Stop {
     }
 }
 
-/// What decides which frames are admitted, and with which settings.
+/// The state that decides which frames are admitted, and with which settings.
 #[derive(Debug)]
 pub(super) struct Admission<'a> {
     /// The options of the run.
@@ -42,13 +42,13 @@ pub(super) struct Admission<'a> {
     pub(super) controller: &'a DetailController,
     /// The user's request to stop.
     pub(super) stop: &'a Stop,
-    /// Set when the rest of the pipeline has ended.
+    /// True when the rest of the pipeline has ended.
     pub(super) over: &'a AtomicBool,
-    /// For a live source, the receiver of the next stage, to take stale frames back.
+    /// For a live source: the receiver of the next stage, from which stale frames are removed.
     pub(super) queue: Option<Receiver<Result<Admitted>>>,
-    /// Frames that have been painted, on their way back to the source, which fills them again.
+    /// Painted frames, recycled by the source.
     pub(super) frames: Receiver<Frame>,
-    /// Counts frames that were not admitted.
+    /// The number of frames that were not admitted.
     pub(super) dropped: &'a AtomicU64,
 }
 
@@ -57,14 +57,14 @@ impl Admission<'_> {
         self.stop.is_requested() || self.over.load(Ordering::Relaxed)
     }
 
-    /// Admits `hop`: waits for room, or, of a live source, replaces a frame that the next stage has not taken
-    /// yet. Returns whether to go on.
+    /// Admits `hop`. A file's frame waits until the channel has room; a live source's frame replaces one that the
+    /// next stage has not taken yet. Returns whether to go on.
     fn admit(&self, worker: &StageWorker<Admitted>, mut hop: Result<Admitted>) -> bool {
         let Some(queue) = self.queue.as_ref().filter(|_| hop.is_ok()) else {
             return worker.send(hop);
         };
         while let Some(refused) = worker.try_send(hop) {
-            // The frame may have been taken in between; then there is room now.
+            // The next stage may have taken the frame meanwhile; then the channel has room.
             if queue.try_recv().is_ok() {
                 self.dropped.fetch_add(1, Ordering::Relaxed);
             }
@@ -103,7 +103,7 @@ pub(super) fn decode(
                 Ok(()) => return,
                 Err(error) => Err(error),
             },
-            // A signal may have interrupted a program that the source reads from as well.
+            // A signal may have stopped the program that the source reads from, too.
             Err(_) if admission.stop.is_requested() => return,
             Err(error) => Err(error),
             Ok(Some(Decoded { frame, span, is_warmup })) => {

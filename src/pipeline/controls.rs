@@ -1,16 +1,16 @@
-//! Options that change while the pipeline runs.
+//! Options that can change while the pipeline runs.
 
 use std::sync::{Arc, PoisonError, RwLock};
 
 use crate::error::Result;
 use crate::options::Options;
 
-/// The options of a run, which may change while it goes on. Clones are the same controls.
+/// The options of a run, which can change while it runs. Clones are the same controls.
 #[derive(Clone, Debug, Default)]
 pub struct Controls(Arc<RwLock<Arc<Options>>>);
 
 impl Controls {
-    /// Controls that begin with `options`.
+    /// Controls with the initial `options`.
     ///
     /// # Errors
     /// When an option is out of range.
@@ -19,9 +19,9 @@ impl Controls {
         Ok(Self(Arc::new(RwLock::new(Arc::new(options)))))
     }
 
-    /// The current options. Until they change it is the same `Arc`.
+    /// The current options: the same `Arc` until they change.
     pub fn options(&self) -> Arc<Options> {
-        // Nothing panics while the lock is held, and an Arc is always whole.
+        // No code panics while it holds the lock, and an Arc is always complete.
         self.0.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 

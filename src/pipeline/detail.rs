@@ -16,15 +16,15 @@ use super::report::FrameReport;
 
 /// How the detail of frames is chosen.
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
+#[non_exhaustive]
 pub enum DetailPolicy {
-    /// All frames have the full detail of the options.
+    /// All frames have full detail.
     #[default]
     Options,
-    /// Each of the threads between decode and encode has this time for a frame. The detail is chosen to fit,
-    /// and spare time is spent on refinement.
+    /// A time budget for a frame on each of the threads between decode and encode. Detail is chosen to fit, and spare
+    /// time is spent on refinement.
     Budget(Duration),
-    /// As in a former run.
+    /// As in an earlier run.
     Replay(Arc<Script>),
 }
 
@@ -38,7 +38,8 @@ impl DetailPolicy {
     }
 }
 
-/// A [`DetailPolicy`] at work. Stages ask it before they begin a frame, and report their times afterwards.
+/// The state of a [`DetailPolicy`]. Stages ask it for the detail before they begin a frame, and report their times
+/// afterwards.
 #[derive(Debug)]
 pub(super) enum DetailController {
     Options,
@@ -91,11 +92,11 @@ impl DetailController {
         }
     }
 
-    /// Chooses how closely level one looks.
+    /// Chooses how closely level one looks at the frame.
     pub(super) fn before_features(&self, context: &mut FrameContext) {
         if let Some(mut governor) = self.governor() {
             context.settings.detail.look = governor.look();
-            context.report.changes.extend(governor.take_news());
+            context.report.changes.extend(governor.take_changes());
         }
     }
 
@@ -107,7 +108,7 @@ impl DetailController {
         }
     }
 
-    /// Chooses seeds and steps.
+    /// Chooses the number of seeds and of steps.
     pub(super) fn before_mesh(
         &self,
         context: &mut FrameContext,
@@ -127,16 +128,16 @@ impl DetailController {
             let (seeds, steps) = governor.mesh(context.requested_steps, most, is_fresh);
             let detail = &mut context.settings.detail;
             (detail.seeds, detail.steps) = (seeds, Some(steps));
-            context.report.changes.extend(governor.take_news());
+            context.report.changes.extend(governor.take_changes());
         }
     }
 
     /// Reports the time of the mesh stage; `is_fresh` says that the mesh was not carried.
     pub(super) fn after_mesh(&self, context: &FrameContext, is_fresh: bool) {
         if let Some(mut governor) = self.governor() {
-            let ordered = context.settings.detail.steps.unwrap_or_default();
-            // Fewer are done where nothing is left to gain.
-            let done = ordered.min(Steps::new(context.report.refine_steps));
+            let chosen = context.settings.detail.steps.unwrap_or_default();
+            // Fewer steps are done if nothing is left to gain.
+            let done = chosen.min(Steps::new(context.report.refine_steps));
             governor.meshed(is_fresh, done, mesh_time(&context.report.timing));
         }
     }
@@ -145,7 +146,7 @@ impl DetailController {
     pub(super) fn before_painting(&self, context: &mut FrameContext) {
         if let Some(mut governor) = self.governor() {
             context.settings.detail.rows = governor.rows();
-            context.report.changes.extend(governor.take_news());
+            context.report.changes.extend(governor.take_changes());
         }
         context.report.orders = context.settings.detail;
         context.report.detail = context.settings.detail.share(context.requested_steps);
@@ -164,8 +165,8 @@ fn mesh_time(timing: &Timing) -> Duration {
     [Stage::Sample, Stage::Triangulate, Stage::Refine].map(|stage| timing.get(stage)).iter().sum()
 }
 
-/// The longest time that one of the governed threads worked on a frame. Decode and encode are not governed:
-/// they wait for other programs, and no detail changes what they have to do.
+/// The longest time of a governed thread for a frame. Decode and encode are not governed: they wait for other
+/// programs, and detail does not change their work.
 pub(super) fn longest(timing: &Timing) -> Duration {
     let alone = timing.get(Stage::Features).max(timing.get(Stage::Rasterise));
     alone.max(mesh_time(timing))

@@ -1,13 +1,13 @@
-//! Percentiles of any number of times in constant memory.
+//! Percentiles of times, in constant memory.
 
 use std::time::Duration;
 
 use crate::stage::{Percentiles, Stage, Timing};
 
-/// Buckets for each doubling of the time: neighbours differ by at most 1/64, so that a bucket's middle
-/// is within 0.8 % of every time in it.
+/// Buckets for each doubling of the time: neighbours differ by at most 1/64, so that the middle of a bucket is within
+/// 0.8 % of every time in it.
 const STEPS: u64 = 64;
-/// Buckets up to the longest time that 64 bits of nanoseconds hold (584 years).
+/// Number of buckets up to the longest time in 64 bits of nanoseconds (584 years).
 const BUCKETS: usize = (STEPS as usize) * (64 - STEPS.trailing_zeros() as usize + 1);
 
 /// A histogram with logarithmic buckets, exact below 64 ns (the layout of Tene's HdrHistogram).
@@ -41,17 +41,17 @@ impl Histogram {
     }
 }
 
-/// The bucket that `nanos` falls into.
+/// The bucket of `nanos`.
 fn bucket_of(nanos: u64) -> usize {
     if nanos < STEPS {
         return nanos as usize;
     }
-    // Numbers from STEPS * 2^shift on, until twice that, keep their leading bits.
+    // Numbers from STEPS * 2^shift up to twice that keep their leading bits.
     let shift = u64::from(STEPS.leading_zeros() - nanos.leading_zeros());
     (STEPS * shift + (nanos >> shift)) as usize
 }
 
-/// The middle of what falls into `bucket`, in nanoseconds.
+/// The middle of `bucket`, in nanoseconds.
 fn middle_of(bucket: usize) -> f64 {
     let bucket = bucket as u64;
     if bucket < STEPS {
@@ -63,7 +63,7 @@ fn middle_of(bucket: usize) -> f64 {
     low * width + (width - 1.0) / 2.0
 }
 
-/// The times of every stage over a run: 26 KiB a stage, whatever the number of frames.
+/// The times of every stage over a run: 26 KiB for each stage, whatever the number of frames.
 #[derive(Clone, Debug)]
 pub(super) struct StageHistograms([Histogram; Stage::ALL.len()]);
 
@@ -106,7 +106,7 @@ mod tests {
                 assert!(bucket >= last && bucket < BUCKETS, "{nanos}: {bucket} after {last}");
                 last = bucket;
                 let off = (middle_of(bucket) - nanos as f64).abs() / nanos as f64;
-                assert!(off <= 1.0 / 128.0, "{nanos} is told as {}", middle_of(bucket));
+                assert!(off <= 1.0 / 128.0, "{nanos} is reported as {}", middle_of(bucket));
             }
         }
         assert_eq!(bucket_of(u64::MAX), BUCKETS - 1);

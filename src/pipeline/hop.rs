@@ -1,7 +1,7 @@
-//! What travels between the stages: one type a hop, holding only what the stages after it need.
+//! The messages between the stages: one type for each hop, with only the data that later stages need.
 //!
-//! A channel carries `Result<hop>`: an error takes the place of the frame on which it happened, so
-//! that the first error in frame order is the one that arrives.
+//! A channel carries `Result<hop>`: an error replaces its frame, so that the first error in frame order arrives
+//! first.
 
 use std::sync::Arc;
 
@@ -15,18 +15,18 @@ use crate::stream::Span;
 
 use super::report::FrameReport;
 
-/// How a frame is rendered. Every stage works by the settings of its frame, not by those that hold when the
-/// frame gets there: so all stages change at the same frame.
+/// The settings of a frame. Every stage uses the settings of the frame, not the current ones, so that all stages
+/// change at the same frame.
 #[derive(Clone, Debug)]
 pub(super) struct FrameSettings {
     /// The options when the frame was admitted.
     pub(super) options: Arc<Options>,
-    /// What the frame may cost.
+    /// The detail of the frame.
     pub(super) detail: Detail,
 }
 
 impl FrameSettings {
-    /// The options, if they are not `last`, which they become.
+    /// The options, if they differ from `last`, which is updated.
     pub(super) fn changed_options(&self, last: &mut Arc<Options>) -> Option<&Options> {
         if Arc::ptr_eq(last, &self.options) {
             return None;
@@ -36,18 +36,18 @@ impl FrameSettings {
     }
 }
 
-/// What accompanies a frame all the way to the sink.
+/// The data that stays with a frame on its way to the sink.
 #[derive(Debug)]
 pub(super) struct FrameContext {
-    /// How it is rendered.
+    /// The settings of the frame.
     pub(super) settings: FrameSettings,
-    /// Refinement steps that the options ask for; known once the mesh stage has seen the frame.
+    /// Number of refinement steps by the options; set by the mesh stage.
     pub(super) requested_steps: u32,
     /// When the frame is shown.
     pub(super) span: Span,
     /// Whether it is part of a [warm-up pass](crate::source::Decoded::is_warmup).
     pub(super) is_warmup: bool,
-    /// What the stages so far have found and done.
+    /// The results of the stages so far.
     pub(super) report: FrameReport,
 }
 
@@ -72,7 +72,7 @@ pub(super) struct Meshed {
     pub(super) context: FrameContext,
     pub(super) frame: Frame,
     pub(super) mesh: Mesh,
-    /// What is known of the mesh, and wanted.
+    /// The hints of the mesh stage for painting.
     pub(super) hints: PaintHints,
 }
 
@@ -82,6 +82,6 @@ pub(super) struct Painted {
     pub(super) is_warmup: bool,
     pub(super) report: FrameReport,
     pub(super) picture: Picture,
-    /// What it was made from, where the sink [needs](crate::sink::Needs::origin) it.
+    /// Its source frame and mesh, if the sink [needs](crate::sink::Needs::origin) them.
     pub(super) origin: Option<Origin>,
 }

@@ -1,4 +1,4 @@
-//! Mesh streams to any output, without the stages that find meshes.
+//! Writes mesh streams to any output, without the stages that make meshes.
 
 use std::thread;
 use std::time::Instant;
@@ -19,19 +19,19 @@ use crate::source::mesh_stream::MeshSource;
 use crate::stage::Stage;
 use crate::stream::Span;
 
-/// What of a mesh stream is written.
+/// The part of a mesh stream that is written.
 #[derive(Clone, Debug, Default)]
 pub struct Part {
-    /// Frames that start earlier are left out, and times count from here. In seconds.
+    /// Start of the part, in seconds: earlier frames are skipped, and times count from here.
     pub start: Option<Rational>,
-    /// Frames that start then or later are left out.
+    /// End of the part, in seconds: frames that start then or later are skipped.
     pub end: Option<Rational>,
-    /// At most this many frames.
+    /// The most frames that are written.
     pub frames: Option<u64>,
 }
 
-/// Writes the `part` of the meshes that `open` opens to `sink`, which must take [plain](crate::sink::Needs::plain)
-/// colours and their mesh. With `allow_truncated` an input that breaks off still gives an output.
+/// Writes the `part` of the mesh stream of `open` to `sink`, which must take [plain](crate::sink::Needs::plain)
+/// colours and their mesh. With `allow_truncated` a truncated input still gives an output.
 ///
 /// # Errors
 /// As [`super::run`].
@@ -51,7 +51,7 @@ pub fn repaint(
         let (buffers, _) = bounded(CAPACITY);
         let decoding = spawn(scope, "decode", move || {
             if let Err(error) = decode(open, part, stop, &frame_tx) {
-                // Nobody listens any more where the run has ended.
+                // The receiver is gone if the run has ended.
                 let _ = frame_tx.send(Err(error));
             }
         })?;

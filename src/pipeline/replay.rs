@@ -1,4 +1,4 @@
-//! The details of a former run, from its report.
+//! The details of an earlier run, from its report.
 
 use std::fmt;
 use std::fs::File;
@@ -14,11 +14,11 @@ use serde_json::Value;
 use crate::error::{Error, Result};
 use crate::options::{Detail, Options};
 
-/// The largest report that is read: a million frames. Of each frame some 20 bytes are kept.
+/// The largest report that is read, in bytes: a million frames. Some 20 bytes are kept for each frame.
 const MAX_BYTES: u64 = 512 << 20;
 
-/// What the frames of a former run cost, and the options that it ran with. With the same input and the
-/// same options it gives the same bytes again.
+/// The details of the frames of an earlier run, and its options. With the same input and options they give the same
+/// bytes.
 #[derive(Clone, Debug)]
 pub struct Script {
     path: PathBuf,
@@ -27,10 +27,10 @@ pub struct Script {
 }
 
 impl Script {
-    /// Reads the report at `path`, one that `--report` wrote.
+    /// Reads the report at `path`, written by `--report`.
     ///
     /// # Errors
-    /// When it cannot be read, or is not such a report: names the key, and the frame.
+    /// When it cannot be read, or is not a report: the error names the key and the frame.
     pub fn read(path: &Path) -> Result<Self> {
         let wrong = |error: std::io::Error| {
             Error::input(path, format!("cannot be read: {error}")).caused_by(error)
@@ -46,7 +46,7 @@ impl Script {
         Self::parse(path, BufReader::new(file.take(MAX_BYTES)))
     }
 
-    /// Reads a report bit by bit: nothing is kept of it but what a replay needs.
+    /// Reads a report as a stream: only the data for a replay is kept.
     #[doc(hidden)]
     pub fn parse(path: &Path, text: impl Read) -> Result<Self> {
         let mut found = Found::default();
@@ -78,9 +78,9 @@ impl Script {
     /// Checks that the run had the same `options`.
     ///
     /// # Errors
-    /// Names the first option that differs, and both values.
+    /// When an option differs: the error names the first one and both values.
     pub fn check(&self, options: &Options) -> Result<()> {
-        // Through text and back, as the report went: a float's last digit may change on that way.
+        // By way of text, as in the report: the last digit of a float may change.
         let text = serde_json::to_string(options).expect("options are plain data");
         let options: Options = serde_json::from_str(&text).expect("what was written is JSON");
         let [then, now] = [&self.options, &options]
@@ -125,20 +125,20 @@ impl Script {
     }
 }
 
-/// What has been read of a report.
+/// The part of a report that was read.
 #[derive(Default)]
 struct Found {
     options: Option<Options>,
     /// Whether there is a list of frames.
     frames: bool,
     details: Vec<Detail>,
-    /// What is being read, for messages.
+    /// The current position in the report, for messages.
     at: At,
-    /// What is wrong with a frame that is sound JSON.
+    /// The error of a frame that is valid JSON.
     fault: Option<String>,
 }
 
-/// Where in a report.
+/// A position in a report.
 #[derive(Default)]
 enum At {
     #[default]
@@ -228,7 +228,7 @@ impl<'de> Visitor<'de> for Frames<'_> {
     }
 }
 
-/// What is read of a frame.
+/// The fields of a frame that are read.
 #[derive(Deserialize)]
 struct FrameLine {
     index: Option<u64>,
@@ -242,7 +242,7 @@ fn orders<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<Option<Deta
 }
 
 impl FrameLine {
-    /// The detail of what should be frame `index`, or what is wrong.
+    /// The detail of frame `index`, or the error.
     fn detail(self, index: u64) -> std::result::Result<Detail, String> {
         match self.index {
             Some(found) if found == index => {}

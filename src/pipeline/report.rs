@@ -14,7 +14,7 @@ use crate::stream::StreamInfo;
 
 /// The figures of one frame.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
-#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
+#[non_exhaustive]
 pub struct FrameReport {
     /// Number of the frame in the source, from 0. Dropped frames leave gaps.
     pub index: u64,
@@ -24,19 +24,19 @@ pub struct FrameReport {
     pub candidates: usize,
     /// Seeds of its mesh.
     pub seeds: usize,
-    /// Seeds of the frame before that stayed where they were.
+    /// Seeds of the last frame that have not moved.
     pub seeds_kept: usize,
-    /// Seeds of the frame before that moved with the picture.
+    /// Seeds of the last frame that have moved with the picture.
     pub seeds_moved: usize,
-    /// Seeds that were not there before.
+    /// New seeds.
     pub seeds_born: usize,
-    /// Seeds of the frame before that were removed.
+    /// Seeds of the last frame that were removed.
     pub seeds_died: usize,
     /// Triangles of its mesh.
     pub triangles: usize,
-    /// Refinement steps that were done, the last perhaps in part: see [`FrameReport::orders`].
+    /// Number of refinement steps, the last perhaps in part: see [`FrameReport::orders`].
     pub refine_steps: u32,
-    /// Likeness to the source in the measure of `--error`, of frames that were refined to a target.
+    /// Likeness to the source in the measure of `--error`, for frames that were refined to a target.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub likeness: Option<f64>,
     /// Whether that is less than the target.
@@ -44,9 +44,9 @@ pub struct FrameReport {
     pub short: bool,
     /// Share of the requested quality, 1 without a budget.
     pub detail: f64,
-    /// The same exactly: what a replay needs.
+    /// The detail of the frame, for a replay.
     pub orders: Detail,
-    /// What the governor changed at this frame, and why.
+    /// The changes of detail by the governor at this frame, and their reasons.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub changes: Vec<Change>,
     /// Whether a new shot begins with it.
@@ -110,23 +110,23 @@ impl Serialize for StageTimes {
     }
 }
 
-/// How a run ended that did not fail.
+/// How a successful run ended.
 #[derive(Debug)]
-#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Ending {
-    /// With the end of the input.
+    /// At the end of the input.
     Complete,
-    /// When it was asked to stop; the output is a shorter one.
+    /// By a request to stop; the output is shorter.
     Stopped,
     /// The reader of the output closed it.
     Closed,
-    /// With an input that was cut short, where that was allowed; the output holds the frames before.
+    /// At the end of a truncated input, if allowed; the output has the frames before it.
     Truncated(Error),
 }
 
 /// The figures of a run in total.
 #[derive(Debug)]
-#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
+#[non_exhaustive]
 pub struct Summary {
     /// Frames written.
     pub frames: u64,
@@ -237,7 +237,7 @@ pub struct OutputReport {
 
 /// How the time budget was kept.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
+#[non_exhaustive]
 pub struct BudgetReport {
     /// Time for each frame; `None` when none was set.
     pub ms: Option<f64>,

@@ -1,4 +1,4 @@
-//! The three stages between decode and encode, each on a thread of its own.
+//! The three stages between decode and encode, each on its own thread.
 
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -24,17 +24,17 @@ use super::pool::Pool;
 use super::spawn;
 use super::worker::{Process, StageTimer, StageWorker};
 
-/// Running stages, and what comes out of the last of them.
+/// The running stages, and the output of the last one.
 pub(super) struct Stages<'s> {
     pub(super) threads: Vec<ScopedJoinHandle<'s, ()>>,
     pub(super) painted: Receiver<Result<Painted>>,
 }
 
-/// What the sink wants, and buffers on their way back to be filled again.
+/// The needs of the sink, and channels for recycled buffers.
 pub(super) struct Output {
-    /// The planes as which pictures are wanted.
+    /// The form of planes of pictures.
     pub(super) form: Option<Form>,
-    /// Takes frames that have been painted to the source. Without it they go on to the sink.
+    /// Returns painted frames to the source. Without it they go to the sink.
     pub(super) frames: Option<Sender<Frame>>,
     /// Those of pictures that have been written.
     pub(super) pictures: Receiver<Buffers>,
@@ -80,7 +80,7 @@ pub(super) fn spawn_stages<'s, 'e>(
     Ok(Stages { threads, painted: paint.output })
 }
 
-/// A running stage, and what comes out of it.
+/// A running stage, and its output.
 struct Running<'s, T> {
     thread: ScopedJoinHandle<'s, ()>,
     output: Receiver<Result<T>>,
@@ -140,17 +140,17 @@ struct BuildMesh<'e> {
     residuals: Residuals,
 }
 
-/// The residuals of painted frames, on their way back.
+/// The residuals of painted frames.
 struct Residuals {
     receiver: Receiver<Option<Residual>>,
-    /// Whether that of the last frame was requested.
+    /// Whether the residual of the last frame was requested.
     is_requested: bool,
 }
 
 impl Residuals {
-    /// That of the last frame, once it is painted.
+    /// The residual of the last frame, when it is painted.
     fn last(&mut self) -> Option<Residual> {
-        // When the paint stage has ended this frame will not be painted either.
+        // If the paint stage has ended this frame will not be painted either.
         let is_requested = std::mem::take(&mut self.is_requested);
         if is_requested { self.receiver.recv().ok().flatten() } else { None }
     }
@@ -184,7 +184,7 @@ impl Process for BuildMesh<'_> {
     }
 }
 
-/// Writes what the mesh stage did into the frame's report.
+/// Writes the results of the mesh stage into the frame's report.
 fn report_mesh(context: &mut FrameContext, meshed: &chain::Meshed) {
     let chain::Meshed { mesh, life, refined, .. } = meshed;
     let report = &mut context.report;
@@ -210,9 +210,9 @@ struct Paint<'e> {
     /// Buffers of pictures that have been written.
     pictures: Receiver<Buffers>,
     residuals: Sender<Option<Residual>>,
-    /// The way of frames back to the source, unless the sink wants them.
+    /// The channel of frames to the source, unless the sink needs them.
     frames: Option<Sender<Frame>>,
-    /// The way of meshes back to their stage.
+    /// The channel of meshes to the mesh stage.
     meshes: Sender<Mesh>,
 }
 
@@ -236,7 +236,7 @@ impl Process for Paint<'_> {
         let residuals = hints.residual.is_some().then_some(&self.residuals);
         let send = |residual| {
             if let Some(residuals) = residuals {
-                // The mesh stage waits for it, unless the run has ended.
+                // The mesh stage waits for the residual, unless the run has ended.
                 let _ = residuals.send(residual);
             }
         };
@@ -252,10 +252,10 @@ impl Process for Paint<'_> {
 }
 
 impl Paint<'_> {
-    /// Gives frame and mesh back, unless the sink wants them.
+    /// Recycles frame and mesh, unless the sink needs them.
     fn recycle(&self, origin: Origin) -> Option<Origin> {
         let Some(frames) = &self.frames else { return Some(origin) };
-        // Where there is no room enough are on their way: then these are dropped.
+        // If the channel is full they are dropped.
         let _ = (frames.try_send(origin.frame), self.meshes.try_send(origin.mesh));
         None
     }

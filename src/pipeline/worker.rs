@@ -1,4 +1,4 @@
-//! A stage's thread: its timer, its pool, its outbox, and what it does about errors and panics.
+//! The thread of a stage: its timer, its pool, its output, and its errors and panics.
 
 use std::num::NonZeroUsize;
 use std::time::Instant;
@@ -12,7 +12,7 @@ use crate::stage::Stage;
 use super::pool::Pool;
 use super::report::FrameReport;
 
-/// Measures the stages of one thread, and knows which of them it is working on. Frames meet no other clock.
+/// Measures the stages of one thread, and knows the current one. No other clock is read for a frame.
 #[derive(Debug)]
 pub(super) struct StageTimer {
     stage: Stage,
@@ -23,8 +23,8 @@ impl StageTimer {
         Self { stage }
     }
 
-    /// Does `job`, the work of `stage` on the frame of `report`, and adds its time to the report. An
-    /// error gets the frame's number and the stage.
+    /// Runs `job`, the work of `stage` on the frame of `report`, and adds its time to the report. An error gets the
+    /// frame's number and the stage.
     pub(super) fn time<T>(
         &mut self,
         stage: Stage,
@@ -73,16 +73,16 @@ impl StageProbe for FrameProbe<'_> {
     }
 }
 
-/// What a stage's thread does with each frame.
+/// The work of a stage's thread on each frame.
 pub(super) trait Process: Send {
     type Input: Send;
     type Output: Send;
-    /// The first of the stages that it does.
+    /// Its first stage.
     const STAGE: Stage;
     /// The thread's name.
     const NAME: &'static str;
 
-    /// Does its part of one frame.
+    /// Works on one frame.
     ///
     /// # Errors
     /// With the frame's number and the stage.
@@ -94,8 +94,8 @@ pub(super) trait Process: Send {
     ) -> Result<Self::Output>;
 }
 
-/// A stage's output, with its timer. If the stage's thread panics, the next stage gets an error in place of the
-/// frame, so that the silence is not taken for the end of the input.
+/// The output of a stage, with its timer. If the stage's thread panics, the next stage gets an error in place of the
+/// frame; otherwise it would take the closed channel for the end of the input.
 #[derive(Debug)]
 pub(super) struct StageWorker<T> {
     pub(super) timer: StageTimer,
@@ -107,19 +107,19 @@ impl<T> StageWorker<T> {
         Self { timer: StageTimer::new(stage), outbox }
     }
 
-    /// Sends `hop` on, waiting for room. Returns whether the stage should go on: not after an error, and not
-    /// when the receiver is gone, which is how a stage learns that the run has ended.
+    /// Sends `hop`, and waits if the channel is full. Returns whether the stage should go on: not after an error, nor
+    /// without a receiver, which means that the run has ended.
     pub(super) fn send(&self, hop: Result<T>) -> bool {
         let failed = hop.is_err();
         self.outbox.send(hop).is_ok() && !failed
     }
 
-    /// Sends `hop` on if there is room at once; gives it back if there is not.
+    /// Sends `hop` if the channel has room; returns it otherwise.
     pub(super) fn try_send(&self, hop: Result<T>) -> Option<Result<T>> {
         self.outbox.try_send(hop).err().map(crossbeam_channel::TrySendError::into_inner)
     }
 
-    /// Works on everything that comes in, until it ends or fails.
+    /// Works on all input, until it ends or fails.
     pub(super) fn run<A>(
         mut self,
         inbox: Receiver<Result<A>>,
@@ -133,7 +133,7 @@ impl<T> StageWorker<T> {
         }
     }
 
-    /// As [`StageWorker::run`], with a pool of `threads` of which this thread is the first.
+    /// As [`StageWorker::run`], with a pool of `threads`, the first of which is this thread.
     pub(super) fn run_in_pool<P: Process<Output = T>>(
         self,
         threads: Option<NonZeroUsize>,

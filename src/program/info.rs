@@ -73,6 +73,6 @@ fn plays(loops: Loops) -> String {
     match loops {
         Loops::Once => "once".to_owned(),
         Loops::Times(n) => format!("{n} times"),
-        Loops::Forever => "forever".to_owned(),
+        _ => "forever".to_owned(),
     }
 }

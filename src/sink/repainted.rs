@@ -1,4 +1,4 @@
-//! A sink before another one: pictures are painted from their meshes, at another size.
+//! A sink that paints meshes at another size for a second sink.
 
 use super::facets::Facets;
 use super::{Needs, Origin, Picture, Sink};
@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 use crate::options::Options;
 use crate::rasterise::Painter;
 
-/// Paints for the sink behind it.
+/// Paints for an inner sink.
 pub struct Repainted {
     inner: Box<dyn Sink>,
     painter: Painter,
@@ -17,8 +17,8 @@ pub struct Repainted {
 }
 
 impl Repainted {
-    /// Paints as `look` says, of which only what concerns painting counts, at `size`, for `inner`, which was made
-    /// for pictures of that size.
+    /// Paints at `size` with the edges, lines and grading of `look`, for `inner`, which was made for pictures of that
+    /// size.
     pub fn new(inner: Box<dyn Sink>, look: &Options, size: Size) -> Self {
         let mut look = look.clone();
         let needs = inner.needs();
@@ -26,10 +26,12 @@ impl Repainted {
         Self { painter: Painter::new(&look).with_form(needs.form), inner, size }
     }
 
-    /// What `look` has to be for pictures `times` as large: lines keep their share of the picture.
+    /// `look` for pictures `times` as large: the width of lines grows in proportion.
     pub fn look_at(look: &Options, times: f64) -> Options {
         let width = (f64::from(look.outline_width) * times).round().clamp(1.0, 32.0);
-        Options { outline_width: width as u32, ..look.clone() }
+        let mut look = look.clone();
+        look.outline_width = width as u32;
+        look
     }
 }
 
@@ -64,12 +66,12 @@ impl Sink for Repainted {
     }
 }
 
-/// A frame in the place of one that nobody looks at.
+/// A placeholder for a frame that is not used.
 pub(crate) fn nothing() -> Result<Frame> {
     Ok(Frame::filled(Size::new(1, 1), [0; 4])?)
 }
 
-/// Stretches `mesh` to `size`. Triangles that lose their area go, with their colours.
+/// Stretches `mesh` to `size`. Triangles that lose their area are removed, with their colours.
 fn stretch(mesh: &mut Mesh, colours: &mut Vec<crate::frame::Rgba>, size: Size) {
     if mesh.size == size {
         return;

@@ -19,7 +19,7 @@
 //! assert_eq!(rendered.picture.size(), size);
 //! assert_eq!(rendered.mesh.seeds().len(), 60);
 //!
-//! // The mesh lives on from frame to frame: where nothing moves, all seeds stay.
+//! // The mesh is carried from frame to frame: where nothing moves, all seeds stay.
 //! let again = renderer.render(&frame)?;
 //! assert_eq!(again.mesh.ids, rendered.mesh.ids);
 //! # Ok(())
@@ -32,6 +32,7 @@
 //! - `image`: frames from and to images of the `image` crate.
 //! - `serde`: options and reports as data.
 //! - `unstable`: the modules behind these types, without any promise. The crate `polyreel` uses it.
+//! - `literals`: [`Options`] is not `non_exhaustive`. Only for tests.
 //!
 //! # Layers
 //!
@@ -71,7 +72,7 @@ mod simd;
 mod stage;
 pub mod svg;
 mod triangulate;
-pub mod usd;
+mod usd;
 
 pub use error::{Error, Result};
 pub use frame::{Fill, Frame, Rgba};

@@ -8,22 +8,21 @@ use crate::geom::{Point, Size, orient};
 ///
 /// Coordinates are in 1/256 pixel, see [`Point`].
 #[derive(Debug, Default, PartialEq, Eq)]
-#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
+#[non_exhaustive]
 pub struct Mesh {
     /// The frame's size in pixels.
     pub size: Size,
     /// Vertices: the frame's four [`Mesh::corners`] first, then the seeds in their own order (border
     /// points among them). No two are equal.
     pub vertices: Vec<Point>,
-    /// A number for each vertex that lasts through a stream: a vertex that lives on from one frame to the
-    /// next keeps it, wherever it moves, and one that is put in gets a number that none had before. Those of
-    /// the corners are 0 to 3.
+    /// A lasting id of each vertex: a vertex that is carried from one frame to the next keeps it, wherever it moves;
+    /// a new vertex gets an id that none had before. Those of the corners are 0 to 3.
     pub ids: Vec<u64>,
     /// Vertex numbers of each triangle, turning from the x axis towards the y axis; the smallest number stands first
     /// and triangles are sorted, so that equal meshes are equal values.
     pub triangles: Vec<[u32; 3]>,
-    /// The colour of each triangle where edges are hard, and its area in pixels before outlines are drawn
-    /// over it. Empty where the mesh is not painted.
+    /// The colour of each triangle where edges are hard, and its area in pixels without outlines. Empty if the mesh
+    /// is not painted.
     pub fills: Vec<Fill>,
 }
 
@@ -34,7 +33,7 @@ impl Clone for Mesh {
         other
     }
 
-    /// In the memory that is there already.
+    /// Reuses the memory.
     fn clone_from(&mut self, other: &Self) {
         let Self { size, vertices, ids, triangles, fills } = other;
         self.size = *size;
@@ -62,7 +61,7 @@ pub enum Place {
 }
 
 impl Place {
-    /// The place of `p` in a frame of `size`.
+    /// The kind of position of `p` in a frame of `size`.
     pub const fn of(p: Point, size: Size) -> Self {
         let far = size.far();
         match (p.x == 0 || p.x == far.x, p.y == 0 || p.y == far.y) {
@@ -92,7 +91,7 @@ pub enum MeshFault {
     /// A triangle names a vertex that is not there.
     #[error("triangle {0} names vertex {1}, which is not there")]
     Missing(usize, u32),
-    /// A triangle has no area or is turned over.
+    /// A triangle has no area or is folded.
     #[error("triangle {0} has doubled area {1}")]
     Flat(usize, i64),
     /// Triangles are not in canonical order.
@@ -115,7 +114,7 @@ pub enum MeshFault {
 }
 
 impl Mesh {
-    /// A mesh that is not painted, whose vertices are numbered in their order.
+    /// A mesh that is not painted, with ids in the order of its vertices.
     #[doc(hidden)]
     pub fn new(size: Size, vertices: Vec<Point>, triangles: Vec<[u32; 3]>) -> Self {
         let ids = (0..vertices.len() as u64).collect();
@@ -138,7 +137,7 @@ impl Mesh {
         &self.vertices[CORNERS..]
     }
 
-    /// Turns each triangle so that its smallest vertex number comes first, and sorts them.
+    /// Rotates each triangle so that its smallest vertex number comes first, and sorts them.
     #[doc(hidden)]
     pub fn canonicalise(triangles: &mut [[u32; 3]]) {
         for t in triangles.iter_mut() {
@@ -147,7 +146,7 @@ impl Mesh {
         triangles.sort_unstable();
     }
 
-    /// The triangle turned so that its smallest vertex number comes first.
+    /// The triangle rotated so that its smallest vertex number comes first.
     #[doc(hidden)]
     pub fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
         if a < b && a < c {
@@ -236,8 +235,8 @@ impl Mesh {
     }
 }
 
-/// Fills `start` with where those of each of `vertices` begin once `keys` are in order, and where the last end:
-/// the first half of a counting sort.
+/// Fills `start` with the start of the keys of each of `vertices` in sorted order, and the end of the last: the first
+/// half of a counting sort.
 pub(crate) fn starts(start: &mut Vec<u32>, vertices: usize, keys: impl Iterator<Item = u32>) {
     start.clear();
     start.resize(vertices + 1, 0);

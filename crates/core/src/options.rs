@@ -7,8 +7,8 @@ mod names;
 mod points;
 mod preset;
 mod target;
+mod validate;
 
-use crate::error::{Error, Result};
 pub use cells::{CellPercentiles, Thresholds};
 pub use colour::Colour;
 #[doc(hidden)]
@@ -29,30 +29,30 @@ pub use target::Target;
 /// options.validate().expect("these are sound");
 /// ```
 ///
-/// Fields may be added: begin with [`Options::default`], [`Options::paper`] or a [`Preset`], and set fields.
+/// Fields may be added in later versions: begin with [`Options::default`], [`Options::paper`] or
+/// [`Options::preset`], and set fields.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize, serde::Deserialize),
     serde(default, deny_unknown_fields, rename_all = "kebab-case")
 )]
-#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
+#[cfg_attr(not(feature = "literals"), non_exhaustive)]
 pub struct Options {
     /// Levels one and two. Default [`Method::Hrlp`].
     pub method: Method,
     /// Target seeds for a frame. Default 0.8 % of the pixels (paper, Table 2).
     pub points: Points,
-    /// Decides all chance. Default 0.
+    /// Seed of all random numbers. Default 0.
     pub seed: u64,
     /// How closely a frame follows the one before, 0 (each frame alone) to 1 (least flicker, at the
-    /// price of likeness). Above 0 the mesh lives on from frame to frame. Default 0.4.
+    /// price of likeness). Above 0 the mesh is carried from frame to frame. Default 0.4.
     pub coherence: f64,
     /// How much work goes into refinement: on video, frames smaller than 1280 x 720 get more steps in the
     /// time that these take. Default [`Quality::Normal`].
     pub quality: Quality,
-    /// Steps of refinement instead of [`Options::quality`], 0..=1000: this many for a still or a frame
-    /// alone, and for each frame of a stream; the first frame of a shot gets a few more. Default
-    /// `None`.
+    /// Number of refinement steps, 0..=1000, in place of [`Options::quality`]: for a still, and for each frame
+    /// of a stream. The first frame of a shot gets at least 4, unless the number is 0. Default `None`.
     pub refine: Option<u32>,
     /// Likeness at which the refinement of a fresh mesh stops, in place of a number of steps; it goes
     /// as far as [`Quality::Best`] where the target is out of reach. The frames that follow it in a
@@ -66,7 +66,7 @@ pub struct Options {
     pub smoothing: u32,
     /// Colour clusters of level one, 2..=64. Default 8.
     pub clusters: u32,
-    /// Every how many pixels of a region's boundary one becomes a candidate, 1..=64. Default 3 (see `docs/calibration.md`).
+    /// Distance of candidates along a region's boundary in pixels, 1..=64. Default 3 (see `docs/calibration.md`).
     pub interval: u32,
     /// Share of the pixels inside the regions that become candidates, 0..=1. Default 0.001.
     pub interior: f64,
@@ -98,8 +98,7 @@ pub struct Options {
     pub diffusion_kappa: f64,
     /// Length of a step of the diffusion, above 0 and at most 0.25. Default 0.25.
     pub diffusion_gamma: f64,
-    /// How one triangle ends and the next begins. Default [`Edges::Smooth`]; pictures with a palette have hard
-    /// ones all the same.
+    /// How two triangles meet. Default [`Edges::Smooth`]. Pictures with a palette always have hard edges.
     pub edges: Edges,
     /// Colour of lines drawn along the edges of the mesh; `None` draws none. Default `None`.
     pub outline: Option<Colour>,
@@ -152,14 +151,14 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Whether seeds chosen as `other` asks may live on where these options hold: what differs, if
-    /// anything, concerns only what is done with them afterwards.
+    /// Whether seeds that were chosen by `other` are still valid under these options: all differences, if any,
+    /// concern later stages.
     #[doc(hidden)]
     pub fn keeps_seeds_of(&self, other: &Self) -> bool {
         self.seed_options() == other.seed_options()
     }
 
-    /// The options that seeds are chosen by, all others as by default.
+    /// The options that decide the choice of seeds; all others have their defaults.
     fn seed_options(&self) -> Self {
         // Exhaustive: the compiler asks where a new option belongs.
         let Self {
@@ -221,112 +220,6 @@ impl Options {
             ..Self::default()
         }
     }
-
-    /// Checks every field against its range.
-    ///
-    /// # Errors
-    /// Names the first field out of range, its value and the range.
-    pub fn validate(&self) -> Result<()> {
-        match self.points {
-            Points::Count(0) => return Err(out_of_range("points", 0, "at least 1")),
-            Points::Auto if self.error.is_none() => {
-                return Err(Error::options(
-                    "points can only be auto together with an error to reach, such as psnr:30 or ssim:0.8",
-                ));
-            }
-            Points::Auto if self.hex_density.is_some() => {
-                return Err(Error::options("points cannot be auto where hex-density is given"));
-            }
-            Points::Share(s) if !(s > 0.0 && s <= 1.0) => {
-                return Err(out_of_range("points", self.points, "above 0% and at most 100%"));
-            }
-            _ => {}
-        }
-        check_range("smoothing", self.smoothing, 0, 8)?;
-        check_range("clusters", self.clusters, 2, 64)?;
-        check_range("interval", self.interval, 1, 64)?;
-        for (name, value) in [
-            ("coherence", self.coherence),
-            ("regularity", self.regularity),
-            ("interior", self.interior),
-            ("wash", self.wash),
-        ] {
-            if !(0.0..=1.0).contains(&value) {
-                return Err(out_of_range(name, value, "0 to 1"));
-            }
-        }
-        if !(0.0..=4.0).contains(&self.saturation) {
-            return Err(out_of_range("saturation", self.saturation, "0 to 4"));
-        }
-        check_range("outline-width", self.outline_width, 1, 32)?;
-        check_range("outline-contrast", self.outline_contrast, 0, 255)?;
-        check_range("refine", self.refine.unwrap_or(0), 0, 1000)?;
-        if let Some(target) = self.error.filter(|target| !target.is_sound()) {
-            return Err(out_of_range(
-                "error",
-                target,
-                "psnr:1 to psnr:100, or ssim:0.01 to ssim:0.9999",
-            ));
-        }
-        check_range("max-points", self.max_points, 1, 64)?;
-        check_range("default-points", self.default_points, 0, self.max_points)?;
-        if let Some(density) = self.hex_density
-            && !(density > 0.0 && density <= 1.0)
-        {
-            return Err(out_of_range("hex-density", density, "above 0 and at most 1"));
-        }
-        let Thresholds { high, medium, low } = self.thresholds;
-        if !(1.0 >= high && high >= medium && medium >= low && low >= 0.0) {
-            return Err(out_of_range(
-                "thresholds",
-                format!("{high},{medium},{low}"),
-                "high,medium,low, falling, between 0 and 1",
-            ));
-        }
-        self.validate_maps()
-    }
-
-    /// The fields of the methods that score every pixel.
-    fn validate_maps(&self) -> Result<()> {
-        if !(self.candidates > 0.0 && self.candidates <= 1.0) {
-            return Err(out_of_range("candidates", self.candidates, "above 0 and at most 1"));
-        }
-        check_range("min-points", self.min_points, 0, 64)?;
-        let CellPercentiles { high, medium } = self.percentiles;
-        if !(100.0 >= high && high >= medium && medium >= 0.0) {
-            return Err(out_of_range(
-                "percentiles",
-                format!("{high},{medium}"),
-                "high,medium, falling, between 0 and 100",
-            ));
-        }
-        check_range("entropy-radius", self.entropy_radius, 1, 32)?;
-        check_range("diffusion-iterations", self.diffusion_iterations, 0, 1000)?;
-        let (kappa, gamma) = (self.diffusion_kappa, self.diffusion_gamma);
-        if !(TINIEST..=1000.0).contains(&kappa) {
-            let range = format!("{TINIEST:e} to 1000");
-            return Err(out_of_range("diffusion-kappa", format!("{kappa:e}"), range));
-        }
-        if !(TINIEST..=0.25).contains(&gamma) {
-            let range = format!("{TINIEST:e} to 0.25");
-            return Err(out_of_range("diffusion-gamma", format!("{gamma:e}"), range));
-        }
-        Ok(())
-    }
-}
-
-/// The smallest value of what is used as a float of 32 bits and has to be above 0 as one.
-const TINIEST: f64 = 1e-30;
-
-fn check_range(name: &str, value: u32, least: u32, most: u32) -> Result<()> {
-    if (least..=most).contains(&value) {
-        return Ok(());
-    }
-    Err(out_of_range(name, value, format!("{least} to {most}")))
-}
-
-fn out_of_range(name: &str, value: impl std::fmt::Display, range: impl std::fmt::Display) -> Error {
-    Error::out_of_range(name, value, range)
 }
 
 #[cfg(test)]

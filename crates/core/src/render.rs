@@ -10,7 +10,7 @@ use crate::sample::Life;
 
 /// A frame that went through the chain.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
+#[non_exhaustive]
 pub struct Rendered {
     /// The low-poly picture, of the frame's size.
     pub picture: Frame,
@@ -26,7 +26,7 @@ pub struct Rendered {
     pub candidates: usize,
 }
 
-/// Renders frame after frame; the mesh and its colours live on between them.
+/// Renders a stream of frames. The mesh and its colours are carried from each frame to the next.
 ///
 /// ```
 /// use polyreel_core::{Frame, Options, Points, Renderer, Size};
@@ -50,7 +50,7 @@ impl Renderer {
     /// A renderer for one stream of frames.
     ///
     /// # Errors
-    /// When an option is out of range.
+    /// When an option is out of range, or options do not fit together: see [`Options::validate`].
     pub fn new(options: &Options) -> Result<Self> {
         Chain::new(options).map(Self)
     }
@@ -62,20 +62,40 @@ impl Renderer {
         Self(self.0.with_form(form))
     }
 
-    /// Changes the options from the next frame on. The mesh lives on where the change only concerns what is
-    /// done with it (coherence, refinement, outline); else the next frame starts afresh.
+    /// Forgets all frames, as if the renderer were new: the next frame is the first of a new stream. The options
+    /// stay as they are. Frames that follow may have another size.
+    ///
+    /// ```
+    /// use polyreel_core::{Frame, Options, Points, Renderer, Size};
+    /// # fn main() -> polyreel_core::Result<()> {
+    /// let mut options = Options::default();
+    /// options.points = Points::Count(20);
+    /// let mut renderer = Renderer::new(&options)?;
+    /// let frame = Frame::filled(Size::new(64, 48), [90, 120, 60, 255])?;
+    /// let first = renderer.render(&frame)?;
+    /// renderer.reset();
+    /// assert_eq!(renderer.render(&frame)?, first);
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn reset(&mut self) {
+        self.0.reset();
+    }
+
+    /// Changes the options from the next frame on. The mesh is kept if the change concerns only what is done with
+    /// it (coherence, refinement, edges, outline, grading); else the next frame starts afresh.
     ///
     /// # Errors
-    /// When an option is out of range; nothing is changed then.
+    /// When an option is out of range, or options do not fit together. Nothing is changed then.
     pub fn retune(&mut self, options: &Options) -> Result<()> {
         self.0.retune(options)
     }
 
-    /// The next frame as low-poly art.
+    /// The next frame as low-poly art. A frame of another size than the last one starts afresh.
     ///
     /// # Errors
-    /// Where [`Options::error`] cannot be measured (SSIM of a frame smaller than its window), or not be
-    /// reached by any number of [`Points::Auto`](crate::options::Points::Auto).
+    /// When [`Options::error`] cannot be measured (SSIM of a frame smaller than its window of 7 x 7 pixels), or no
+    /// number of points reaches it ([`Points::Auto`](crate::options::Points::Auto)).
     pub fn render(&mut self, frame: &Frame) -> Result<Rendered> {
         self.render_in(frame, &Detail::FULL)
     }
@@ -99,5 +119,45 @@ impl Renderer {
             likeness: meshed.refined.likeness,
             candidates: features.candidates.len(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::colour::{Coding, Layout, Matrix, Range};
+    use crate::geom::Size;
+    use crate::options::{Points, Target};
+
+    const SIZE: Size = Size::new(64, 48);
+
+    /// A disc that moves over a gradient.
+    fn frame(index: usize) -> Frame {
+        let pixel = |i: usize| {
+            let (x, y) = (i % 64, i / 64);
+            let inside = x.abs_diff(16 + 3 * index).pow(2) + y.abs_diff(24).pow(2) < 90;
+            if inside { [210, 40, 30, 255] } else { [(x * 4) as u8, (y * 5) as u8, 90, 255] }
+        };
+        Frame::new(SIZE, (0..SIZE.pixels()).map(pixel).collect()).expect("a small frame")
+    }
+
+    #[test]
+    fn a_reset_renderer_renders_as_a_new_one() {
+        let coding = Coding { matrix: Matrix::Bt709, range: Range::Limited };
+        let planes = Form { layout: Layout::of_video(SIZE), coding };
+        let auto =
+            Options { points: Points::Auto, error: Some(Target::Psnr(22.0)), ..Options::default() };
+        let counted = Options { points: Points::Count(60), ..Options::default() };
+        for (options, form) in [(&counted, None), (&counted, Some(planes)), (&auto, None)] {
+            let new = || Renderer::new(options).expect("sound options").with_form(form);
+            let three = |renderer: &mut Renderer, first: usize| {
+                [0, 1, 2].map(|i| renderer.render(&frame(first + i)).expect("renders"))
+            };
+            let expected = three(&mut new(), 4);
+            let mut renderer = new();
+            three(&mut renderer, 0);
+            renderer.reset();
+            assert!(three(&mut renderer, 4) == expected, "{options:?} {form:?}");
+        }
     }
 }

@@ -59,7 +59,7 @@ pub(super) fn changed(
         Look::Edges => {
             options.edges = match options.edges {
                 Edges::Smooth => Edges::Hard,
-                Edges::Hard => Edges::Smooth,
+                _ => Edges::Smooth,
             };
             format!("{} edges", options.edges.name())
         }

@@ -1,4 +1,4 @@
-//! Refinement to a likeness in place of a number of steps, and the fewest points that reach it.
+//! Refines to a target likeness, and finds the fewest points that reach it.
 
 use super::mesh::Observer;
 use crate::error::{Error, Result};
@@ -14,8 +14,8 @@ use crate::refine::{RefineOptions, Refined, Refiner};
 use crate::sample::Sampler;
 use crate::triangulate::triangulate;
 
-/// A lower bound of the squared error with smooth edges, as a share of that with hard ones. It was 0.75 to 1.17 on
-/// 16 stills.
+/// A lower bound of the squared error with smooth edges, as a share of that with hard ones. It was 0.75 to 1.17 on 16
+/// stills.
 const MIN_SMOOTH_SHARE: f64 = 0.5;
 
 /// Likeness at which refinement stops.
@@ -42,8 +42,8 @@ impl Goal {
     }
 }
 
-/// Refines a fresh `mesh` until its rendering is as like `frame` as the `goal` asks, or `plan` ends. `observer`
-/// is shown the mesh and its squared error before every step.
+/// Refines a fresh `mesh` until its rendering is as like `frame` as the `goal` requires, or `plan` ends. `observer`
+/// gets the mesh and its squared error before every step.
 ///
 /// # Errors
 /// When the likeness cannot be measured on a frame of this size.
@@ -62,7 +62,7 @@ pub(super) fn reach(
     let mut failure = None;
     let mut watch = |mesh: &Mesh, error: f64| {
         observer(mesh, error);
-        // Rounding the colours only adds to their error: most steps need not be painted.
+        // Rounded colours have a larger error: most steps need not be painted.
         if let Target::Psnr(db) = target
             && frame.is_opaque()
             && psnr(min_share * error / samples) < db
@@ -85,17 +85,17 @@ pub(super) fn reach(
     Ok(refined)
 }
 
-/// The number of points that the search begins with.
+/// The first number of points of the search.
 const FIRST: u32 = 32;
 
-/// At most one point for this many pixels: with more, triangles would have two pixels.
+/// Pixels for each point at least: with more points, triangles would have two pixels.
 const PIXELS_A_POINT: usize = 4;
 
-/// The search ends when it knows the number to one part in this many.
+/// Relative precision of the search: one part in this many.
 const PRECISION: u32 = 50;
 
-/// The fewest points that reach the `goal` on `frame`, to 2 %: doubled until they do, then halved in
-/// between. At most a quarter of the pixels.
+/// The fewest points that reach the `goal` on `frame`, to 2 %: doubled until they do, then by bisection. At most a
+/// quarter of the pixels.
 ///
 /// # Errors
 /// When that many do not reach it, or the likeness cannot be measured.
@@ -111,7 +111,7 @@ pub(super) fn fewest(
         let seeds = Sampler::new(&options).choose(features);
         let mut mesh = triangulate(frame.size(), &seeds)?;
         let plan = RefineOptions::fresh(&options);
-        // A refiner of its own: what another has learnt of another mesh must not count.
+        // A new refiner: what is known of another mesh must not count.
         let refined =
             reach(goal, &mut Refiner::default(), &mut mesh, frame, &plan, &mut |_, _| ())?;
         Ok(refined.likeness.unwrap_or(f64::NEG_INFINITY))
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_target_out_of_reach_is_told() {
+    fn a_target_out_of_reach_is_reported() {
         let far = rendered(Points::Count(40), Some(Target::Ssim(0.999))).expect("measurable");
         assert!(far.likeness.expect("a target was given") < 0.999);
         let error = rendered(Points::Auto, Some(Target::Psnr(90.0))).expect_err("out of reach");

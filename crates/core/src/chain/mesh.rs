@@ -1,5 +1,5 @@
-//! Sampling, triangulation and refinement. They share one thread, because the mesh that a frame ends with is the
-//! one that the next frame starts from.
+//! Sampling, triangulation and refinement. They share one thread, because a frame's mesh is the start of the next
+//! one's.
 
 use super::StageProbe;
 use super::goal::{Goal, fewest, reach};
@@ -16,22 +16,22 @@ use crate::sample::{Life, Sampler, Start};
 use crate::stage::Stage;
 use crate::triangulate::triangulate;
 
-/// What the mesh stage makes of a frame.
+/// The result of the mesh stage for a frame.
 #[derive(Debug)]
 pub struct Meshed {
     /// The mesh.
     pub mesh: Mesh,
-    /// Whether its seeds were chosen afresh, rather than carried from the frame before.
+    /// Whether its seeds are fresh, not carried from the last frame.
     pub is_fresh: bool,
-    /// How its seeds came to be.
+    /// Where its seeds come from.
     pub life: Life,
-    /// What refinement did; its fills are in the `hints`.
+    /// The result of refinement; its fills are in the `hints`.
     pub refined: Refined,
     /// For the paint stage.
     pub hints: PaintHints,
 }
 
-/// Is shown the mesh and its squared error, see [`Refined::error_before`], before every step of refinement.
+/// Gets the mesh and its squared error, see [`Refined::error_before`], before every step of refinement.
 pub type Observer<'a> = &'a mut (dyn FnMut(&Mesh, f64) + Send);
 
 /// The middle of the chain: chooses seeds, or carries those of the last frame, and refines their mesh.
@@ -39,11 +39,11 @@ pub type Observer<'a> = &'a mut (dyn FnMut(&Mesh, f64) + Send);
 pub struct MeshStage {
     /// As the user gave them.
     requested: Options,
-    /// The same with [`Points::Auto`] as the number that was found.
+    /// The same with the number that was found for [`Points::Auto`].
     options: Options,
     sampler: Sampler,
     refiner: Refiner,
-    /// Whether a frame was refined already: then this is no still.
+    /// Whether a frame was refined already: then this is a stream, not a still.
     has_begun: bool,
 }
 
@@ -59,8 +59,8 @@ impl MeshStage {
         }
     }
 
-    /// Changes the options from the next frame on, see [`Sampler::retune`]. A number found for
-    /// [`Points::Auto`] stays as long as what it was found for.
+    /// Changes the options from the next frame on, see [`Sampler::retune`]. The number for [`Points::Auto`] is kept
+    /// as long as the options that it depends on.
     pub fn retune(&mut self, options: &Options) {
         let keeps_seeds = options.keeps_seeds_of(&self.requested);
         let points = if keeps_seeds { self.options.points } else { options.points };
@@ -69,19 +69,23 @@ impl MeshStage {
         self.sampler.retune(&self.options);
     }
 
-    /// Takes back a mesh that is no longer needed: see [`Sampler::recycle`].
+    /// The options as they were given, with [`Points::Auto`] as such.
+    pub fn requested_options(&self) -> &Options {
+        &self.requested
+    }
+
+    /// Takes the buffers of a mesh that is no longer needed: see [`Sampler::recycle`].
     pub fn recycle(&mut self, mesh: Mesh) {
         self.sampler.recycle(mesh);
     }
 
-    /// Steps of refinement that the options ask for on a frame of `size`, with a fresh mesh or with one that
-    /// lives on.
+    /// The number of refinement steps by the options, for a frame of `size` with a fresh or a carried mesh.
     pub fn requested_steps(&self, is_fresh: bool, size: Size) -> u32 {
         self.plan(is_fresh, size).steps
     }
 
-    /// The mesh of the next `frame`, at the cost of `detail`. `last` is called once, after the triangulation
-    /// and outside of any stage, for the residual of the frame before; it may wait until that is painted.
+    /// The mesh of the next `frame`, with this `detail`. `last` is called once, after the triangulation and outside
+    /// of all stages, for the residual of the last frame; it may wait until that frame is painted.
     ///
     /// # Errors
     /// When [`Options::error`] cannot be measured on a frame of this size, or no number of points reaches it.
@@ -96,8 +100,8 @@ impl MeshStage {
         self.build(features, frame, detail, last, None, probe)
     }
 
-    /// As [`MeshStage::run`] for a still at full detail. Shows `observer` the mesh and its error before every
-    /// step; where the options ask for no step, once.
+    /// As [`MeshStage::run`] for a still at full detail. `observer` gets the mesh and its error before every step;
+    /// without steps, once.
     ///
     /// # Errors
     /// As [`MeshStage::run`].
@@ -130,14 +134,14 @@ impl MeshStage {
             };
             let life = self.sampler.remember(&mut mesh, is_fresh, &refined.replaced);
             let fills = std::mem::take(&mut refined.fills);
-            // Where the means are known the frame is opaque, and the next one is likely to take steps too.
+            // If the means are known the frame is opaque, and the next one probably takes steps too.
             let residual = if fills.is_empty() { None } else { self.request_residual() };
             let hints = PaintHints { is_fresh, fills, residual };
             Ok(Meshed { mesh, is_fresh, life, refined, hints })
         })
     }
 
-    /// Level two: see [`Sampler::sample`]. The first time, [`Points::Auto`] is found and becomes a count.
+    /// Level two: see [`Sampler::sample`]. At the first frame the number for [`Points::Auto`] is found.
     fn sample(&mut self, features: &Features, frame: &Frame, detail: &Detail) -> Result<Start> {
         if let (Points::Auto, Some(goal)) = (self.options.points, Goal::of(&self.options)) {
             let count = fewest(&self.options, goal, features, frame)?;
@@ -157,7 +161,7 @@ impl MeshStage {
         }
     }
 
-    /// Level three of a fresh `mesh`. The `residual` is of another mesh: only its buffers are of use.
+    /// Level three for a fresh `mesh`. The `residual` is of another mesh: only its buffers are used.
     fn refine_fresh(
         &mut self,
         mesh: &mut Mesh,
@@ -176,7 +180,7 @@ impl MeshStage {
         }
     }
 
-    /// Level three of a `mesh` that comes from the frame before.
+    /// Level three for a carried `mesh`.
     fn refine_next(
         &mut self,
         mesh: &mut Mesh,
@@ -189,7 +193,7 @@ impl MeshStage {
         self.refiner.frame(mesh, frame, &plan, residual)
     }
 
-    /// Level three of a still.
+    /// Level three for a still.
     fn refine_observed(
         &mut self,
         mesh: &mut Mesh,
@@ -214,7 +218,7 @@ impl MeshStage {
     }
 }
 
-/// The mesh that refinement starts from, and whether it is fresh.
+/// The mesh before refinement, and whether it is fresh.
 fn first_mesh(frame: &Frame, start: Start) -> Result<(Mesh, bool)> {
     match start {
         Start::Seeds(seeds) => Ok((triangulate(frame.size(), &seeds)?, true)),

@@ -1,15 +1,15 @@
-//! The chain from a frame to its picture: the order in which its stages depend on each other.
+//! The chain from a frame to its picture: the order of its stages.
 //!
 //! ```text
 //! features -> sample -> triangulate -> refine -> rasterise
 //!               ^                        ^           |
-//!               | the mesh, remembered   | residual  |
+//!               | the mesh is remembered | residual  |
 //!               +------------------------+-----------+
 //! ```
 //!
-//! Its three parts each keep what they learn from frame to frame, and may run on a thread each:
-//! [`FeatureStage`], [`MeshStage`] and [`PaintStage`]. Whoever drives them hands the residual of the last painted
-//! frame to the mesh stage. [`Chain`] drives them on one thread.
+//! Each of its three parts has its own state, and may run on its own thread: [`FeatureStage`], [`MeshStage`] and
+//! [`PaintStage`]. The caller passes the residual of the last painted frame to the mesh stage. [`Chain`] runs them on
+//! one thread.
 
 mod goal;
 mod mesh;
@@ -26,7 +26,7 @@ use crate::stage::Stage;
 
 pub use mesh::{MeshStage, Meshed, Observer};
 
-/// Runs the work of each stage, and may measure it.
+/// Runs the work of each stage, and can measure it.
 pub trait StageProbe {
     /// Runs `work`, the part of one frame that belongs to `stage`, and returns what it returns.
     fn stage<T: Send>(&mut self, stage: Stage, work: impl FnOnce() -> T + Send) -> T;
@@ -54,7 +54,7 @@ impl FeatureStage {
         self.0.retune(options);
     }
 
-    /// The features of the next `frame`, looked at as closely as `look` says.
+    /// The features of the next `frame`, with as much work as `look` allows.
     pub fn run(&mut self, frame: &Frame, look: Look, probe: &mut impl StageProbe) -> Features {
         probe.stage(Stage::Features, || self.0.extract(frame, look))
     }
@@ -85,8 +85,8 @@ impl PaintStage {
         self.0.recycle(buffers);
     }
 
-    /// Paints `mesh` in the colours of `frame`, of which every `rows`-th row is read. Calls `send` once, with
-    /// the picture's residual where the `hints` ask for it.
+    /// Paints `mesh` in the mean colours of `frame`, from every `rows`-th row. Calls `send` once, with the picture's
+    /// residual if the `hints` request it.
     pub fn run(
         &mut self,
         mesh: &Mesh,
@@ -106,7 +106,8 @@ pub struct Chain {
     features: FeatureStage,
     mesh: MeshStage,
     paint: PaintStage,
-    /// Of the last frame, where the mesh stage requested it.
+    form: Option<Form>,
+    /// The residual of the last frame, if the mesh stage requested it.
     residual: Option<Residual>,
 }
 
@@ -117,20 +118,30 @@ impl Chain {
     /// When an option is out of range.
     pub fn new(options: &Options) -> Result<Self> {
         options.validate()?;
-        Ok(Self {
+        Ok(Self::begin(options, None))
+    }
+
+    fn begin(options: &Options, form: Option<Form>) -> Self {
+        Self {
             features: FeatureStage::new(options),
             mesh: MeshStage::new(options),
-            paint: PaintStage::new(options),
+            paint: PaintStage::new(options).with_form(form),
+            form,
             residual: None,
-        })
+        }
     }
 
     /// The same, and pictures are painted as planes where they can be: see [`Painter::with_form`].
     pub fn with_form(self, form: Option<Form>) -> Self {
-        Self { paint: self.paint.with_form(form), ..self }
+        Self { paint: self.paint.with_form(form), form, ..self }
     }
 
-    /// Changes the options from the next frame on. The mesh lives on where the options keep its seeds, see
+    /// Forgets all frames: the next one is the first of a new stream, with the options as they are.
+    pub fn reset(&mut self) {
+        *self = Self::begin(self.mesh.requested_options(), self.form);
+    }
+
+    /// Changes the options from the next frame on. The mesh is kept if its seeds are still valid, see
     /// [`Options::keeps_seeds_of`]; else the next frame starts afresh.
     ///
     /// # Errors
@@ -153,11 +164,11 @@ impl Chain {
         self.mesh.recycle(mesh);
     }
 
-    /// Takes the next frame through the chain, at the cost of `detail`.
+    /// Renders the next frame with this `detail`.
     ///
     /// # Errors
-    /// Where [`Options::error`] cannot be measured (SSIM of a frame smaller than its window), or not be
-    /// reached by any number of [`Points::Auto`](crate::options::Points::Auto).
+    /// When [`Options::error`] cannot be measured (SSIM of a frame smaller than its window), or no number of points
+    /// reaches it ([`Points::Auto`](crate::options::Points::Auto)).
     pub fn run(
         &mut self,
         frame: &Frame,

@@ -10,19 +10,19 @@ use crate::geom::Size;
     derive(serde::Serialize, serde::Deserialize),
     serde(try_from = "Written", into = "String")
 )]
-#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Points {
-    /// This many.
+    /// This number.
     Count(u32),
     /// This share of the pixels, 0..1 (the command line and presets write per cent).
     Share(f64),
-    /// The fewest that reach [`super::Options::error`], found on the first frame.
+    /// The fewest seeds that reach [`super::Options::error`], found on the first frame.
     Auto,
 }
 
 impl Points {
-    /// The number of seeds for a frame of `size`; never more than it has pixels. Of [`Points::Auto`],
-    /// as long as it has not been found, the default.
+    /// The number of seeds for a frame of `size`; at most its pixels. For [`Points::Auto`], before the number is
+    /// found, that of the default.
     pub fn target(self, size: Size) -> usize {
         let wanted = match self {
             Points::Count(n) => n as usize,
@@ -59,7 +59,7 @@ impl std::str::FromStr for Points {
     }
 }
 
-/// How a preset may write it: a count needs no quotes.
+/// The forms in a preset: a count needs no quotes.
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
 #[serde(untagged, expecting = "a count (2000), a share (\"0.8%\") or \"auto\"")]

@@ -1,15 +1,15 @@
-//! A likeness to refine to, in place of a number of steps.
+//! A target likeness for refinement, in place of a number of steps.
 
 use crate::error::{Error, Result};
 
-/// How like its source a rendering is to become. Written `psnr:30` (or `30dB`) and `ssim:0.8`.
+/// The target likeness of a rendering to its source. Written `psnr:30` (or `30dB`) and `ssim:0.8`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize, serde::Deserialize),
     serde(try_from = "String", into = "String")
 )]
-#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
+#[non_exhaustive]
 pub enum Target {
     /// Peak signal-to-noise ratio over RGB in decibels, above 0 and at most 100.
     Psnr(f64),
@@ -18,7 +18,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// The likeness that is enough, in the target's own measure; more is better in both.
+    /// The target value, in the unit of the measure; more is better in both.
     pub const fn value(self) -> f64 {
         match self {
             Target::Psnr(value) | Target::Ssim(value) => value,
@@ -33,7 +33,7 @@ impl Target {
         }
     }
 
-    /// Whether the value is one that a rendering can have.
+    /// Whether the value is in its range.
     pub(super) fn is_sound(self) -> bool {
         match self {
             Target::Psnr(db) => db > 0.0 && db <= 100.0,

@@ -1,4 +1,4 @@
-//! Level two: which of the feature points become seeds, and how seeds live on from frame to frame.
+//! Level two: chooses seeds among the feature points, and carries them from frame to frame.
 
 pub mod bands;
 pub mod border;
@@ -28,47 +28,45 @@ use suppress::suppress;
 use thin::thin;
 use value::{Sharing, share_by_value, value_grid};
 
-/// What the mesh of a frame is made from.
+/// The start of a frame's mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Start {
-    /// Seeds chosen afresh: distinct points of the closed frame, none of them a corner; border points
-    /// among them.
+    /// Fresh seeds: distinct points of the closed frame, none of them a corner; border points among them.
     Seeds(Vec<Point>),
-    /// The mesh of the frame before, carried along with the picture.
+    /// The mesh of the frame before, moved with the picture.
     Mesh(Mesh),
 }
 
-/// How the seeds of a frame came to be.
+/// Where the seeds of a frame come from, as numbers of seeds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(not(feature = "unstable"), non_exhaustive)]
+#[non_exhaustive]
 pub struct Life {
-    /// Seeds of the frame before that stayed where they were.
+    /// Seeds of the last frame that have not moved.
     pub kept: usize,
-    /// Seeds of the frame before that moved.
+    /// Seeds of the last frame that have moved.
     pub moved: usize,
-    /// Seeds that were not there before.
+    /// New seeds.
     pub born: usize,
-    /// Seeds of the frame before that are gone.
+    /// Seeds of the last frame that were removed.
     pub died: usize,
-    /// Whether a scene cut was found and everything began anew.
+    /// Whether the frame begins a new shot.
     pub cut: bool,
 }
 
-/// Level two for a stream of frames: seeds are chosen for the first frame of a shot, and live on from
-/// there.
+/// Level two for a stream of frames: seeds are chosen for the first frame of a shot, and carried from there on.
 #[derive(Debug)]
 pub struct Sampler {
     options: Options,
-    /// The mesh that the frame before ended with.
+    /// The final mesh of the last frame.
     living: Option<Mesh>,
-    /// One that is no longer needed, to be written anew.
+    /// Buffers of a mesh that is no longer needed.
     recycled: Option<Mesh>,
     carrier: Carrier,
-    /// Where its seeds were.
+    /// The positions of its seeds before.
     before: Vec<Point>,
-    /// Seeds, per cent of those that were asked for.
+    /// Number of seeds, in per cent of the options' number.
     seeds: u32,
-    /// The numbers of the seeds that live on in a mesh whose seeds have become fewer or more.
+    /// The ids of the seeds that survive a change of the number of seeds.
     survivors: Option<Vec<u64>>,
     ids: Ids,
     /// Whether the frame starts afresh without a cut.
@@ -91,8 +89,8 @@ impl Sampler {
         }
     }
 
-    /// Changes the options from the next frame on. The mesh lives on if seeds that were chosen before
-    /// may, see [`Options::keeps_seeds_of`].
+    /// Changes the options from the next frame on. The mesh is kept if its seeds are still valid, see
+    /// [`Options::keeps_seeds_of`].
     pub fn retune(&mut self, options: &Options) {
         if !options.keeps_seeds_of(&self.options) || options.coherence == 0.0 {
             self.living = None;
@@ -100,8 +98,7 @@ impl Sampler {
         self.options = options.clone();
     }
 
-    /// The grid over a frame of `size`. It depends on nothing else, so that it stays the same for a
-    /// whole stream.
+    /// The grid over a frame of `size`. It depends on size and options only, and thus is constant in a stream.
     pub fn grid(&self, size: Size) -> HexGrid {
         let Options { hex_density, min_points, .. } = self.options;
         if matches!(self.options.method, Method::Help | Method::Hslp) {
@@ -118,10 +115,9 @@ impl Sampler {
         }
     }
 
-    /// What the next frame's mesh starts from: the last mesh that was [remembered](Self::remember),
-    /// moved with the picture; or fresh seeds for the first frame of a shot, and for every frame
-    /// without coherence. Where `detail` asks for fewer or more seeds than the frame before had, cells of
-    /// the grid are given up or occupied, and the other seeds live on.
+    /// The start of the next frame's mesh: the last [remembered](Self::remember) mesh, moved with the picture; or
+    /// fresh seeds, for the first frame of a shot and for every frame without coherence. If `detail` asks for another
+    /// number of seeds than the last frame had, cells of the grid are vacated or occupied, and the other seeds stay.
     pub fn sample(&mut self, features: &Features, detail: &Detail) -> Start {
         let size = features.candidates.size();
         let before = std::mem::replace(&mut self.seeds, detail.seeds);
@@ -136,7 +132,7 @@ impl Sampler {
                 if before == self.seeds {
                     return Start::Mesh(mesh);
                 }
-                // The number that was asked for, where it follows from the grid, is known from the mesh.
+                // Where the number follows from the grid, the mesh tells it.
                 let now = match self.counted(size) {
                     Some(target) => target,
                     None => mesh.seeds().len() * self.seeds as usize / before.max(1) as usize,
@@ -149,15 +145,14 @@ impl Sampler {
         }
     }
 
-    /// Takes back a mesh that is no longer needed: a later one is written in its buffers.
+    /// Takes the buffers of a mesh that is no longer needed.
     pub fn recycle(&mut self, mesh: Mesh) {
         self.recycled = Some(mesh);
     }
 
-    /// Takes up the mesh that a frame ended with, for the next one to start from. `fresh` says that its
-    /// seeds were chosen afresh; else `replaced` are those, by number of vertex, that were taken from
-    /// one place and put in at another. Gives the vertices [numbers that last](Mesh::ids), and returns how the
-    /// seeds came to be.
+    /// Stores the final mesh of a frame as the start of the next. `fresh` says that its seeds are fresh; else
+    /// `replaced` are the vertices that refinement re-placed. Gives the vertices their [lasting ids](Mesh::ids), and
+    /// returns where the seeds come from.
     pub fn remember(&mut self, mesh: &mut Mesh, fresh: bool, replaced: &[u32]) -> Life {
         let survivors = self.survivors.take();
         if fresh {
@@ -190,16 +185,15 @@ impl Sampler {
             };
         }
         let stayed = seeds.iter().zip(&self.before).filter(|(now, then)| now == then).count();
-        // A seed that was re-placed to just where it was cannot be distinguished from one that stayed.
+        // A seed that was re-placed at its own position cannot be told from one that stayed.
         let born = replaced.len().min(seeds.len() - stayed);
         Life { kept: stayed, moved: seeds.len() - stayed - born, born, died: born, cut: false }
     }
 
-    /// Seeds chosen afresh.
+    /// Chooses fresh seeds.
     ///
-    /// Their number is the target of [`Options::points`]: quotas are multiplied by one common factor to
-    /// meet it. With [`Options::hex_density`] the quotas of [`Method::Hrlp`] are taken to the letter
-    /// instead, and the number follows from them.
+    /// Their number is the target of [`Options::points`]: all quotas are multiplied by one factor to meet it. With
+    /// [`Options::hex_density`] the quotas of [`Method::Hrlp`] are exact, and the number follows from them.
     pub fn choose(&self, features: &Features) -> Vec<Point> {
         let size = features.candidates.size();
         let seed = self.options.seed;
@@ -265,11 +259,11 @@ impl Sampler {
     }
 }
 
-/// Where the number of seeds is given, a cell's area is that of `max_points` seeds divided by this:
-/// most cells keep far less than the most. From `docs/calibration.md`.
+/// If the number of seeds is given, a cell has the area of `max_points` seeds divided by this: most cells keep far
+/// fewer. From `docs/calibration.md`.
 const CELLS_PER_MAX_POINTS: f64 = 8.0;
 
-/// How many of `seeds` seeds go to the border: one every two mean distances between seeds.
+/// The number of `seeds` that are put on the border: one every two mean distances between seeds.
 fn border_count(size: Size, seeds: usize) -> usize {
     let perimeter = 2.0 * (f64::from(size.width) + f64::from(size.height));
     let distance = (size.pixels() as f64 / seeds.max(1) as f64).sqrt();
