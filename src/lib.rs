@@ -41,12 +41,6 @@
 // Without `unstable` parts that only the program uses have no user here.
 #![cfg_attr(not(feature = "unstable"), allow(dead_code, unreachable_pub, unused_imports))]
 
-#[cfg(feature = "unstable")]
-#[doc(hidden)]
-pub use polyreel_core::unstable::*;
-#[cfg(not(feature = "unstable"))]
-use polyreel_core::unstable::*;
-
 // The program, which calls the library by its name as others do.
 #[cfg(feature = "cli")]
 extern crate self as polyreel;
@@ -58,42 +52,25 @@ pub mod preset;
 #[doc(hidden)]
 pub mod program;
 
-#[cfg(not(feature = "unstable"))]
-mod error;
-#[cfg(not(feature = "unstable"))]
-mod ffmpeg;
-#[cfg(not(feature = "unstable"))]
-mod pattern;
-#[cfg(not(feature = "unstable"))]
-mod pipeline;
-#[cfg(not(feature = "unstable"))]
-mod sink;
-#[cfg(not(feature = "unstable"))]
-mod source;
-#[cfg(not(feature = "unstable"))]
-mod stream;
+/// The modules of the library and of the engine.
+#[path = ""]
+mod modules {
+    pub use polyreel_core::unstable::*;
 
+    pub mod error;
+    pub mod ffmpeg;
+    pub mod pattern;
+    pub mod pipeline;
+    pub mod sink;
+    pub mod source;
+    pub mod stream;
+}
+
+#[cfg(not(feature = "unstable"))]
+use modules::*;
 #[cfg(feature = "unstable")]
 #[doc(hidden)]
-pub mod error;
-#[cfg(feature = "unstable")]
-#[doc(hidden)]
-pub mod ffmpeg;
-#[cfg(feature = "unstable")]
-#[doc(hidden)]
-pub mod pattern;
-#[cfg(feature = "unstable")]
-#[doc(hidden)]
-pub mod pipeline;
-#[cfg(feature = "unstable")]
-#[doc(hidden)]
-pub mod sink;
-#[cfg(feature = "unstable")]
-#[doc(hidden)]
-pub mod source;
-#[cfg(feature = "unstable")]
-#[doc(hidden)]
-pub mod stream;
+pub use modules::*;
 
 pub use error::{Cause, Error, Result};
 pub use ffmpeg::{Ffmpeg, Processes};
@@ -110,7 +87,7 @@ pub use polyreel_core::{
 };
 pub use sink::Sound;
 pub use sink::ffmpeg::VideoOptions;
-pub use sink::{Needs, Origin, Picture, Sink, SinkOptions, create};
+pub use sink::{Needs, Origin, Picture, Sink, SinkOptions, Unfinished, create};
 pub use source::{Decoded, Input, Source, SourceOptions, open};
 pub use stream::{Loops, Span, StreamInfo};
 

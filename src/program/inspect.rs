@@ -83,7 +83,12 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
 
     std::fs::create_dir_all(&args.output)
         .map_err(|error| Error::output(&args.output, format!("cannot be made: {error}")))?;
-    let to = SinkOptions { overwrite: args.overwrite, inputs, ..SinkOptions::default() };
+    let to = SinkOptions {
+        overwrite: args.overwrite,
+        inputs,
+        unfinished: interrupt.unfinished(),
+        ..SinkOptions::default()
+    };
     for (name, map) in maps_of(&frame, &options) {
         let shown = grey(&map.shown());
         let png = args.output.join(name).with_extension("png");

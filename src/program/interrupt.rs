@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use polyreel::ffmpeg::Processes;
 use polyreel::pipeline::Stop;
-use polyreel::sink;
+use polyreel::sink::Unfinished;
 
 /// Makes the system's limits errors in place of signals: a file that grows beyond `ulimit -f` can no longer be
 /// written to, and without memory (`ulimit -v`) the exit code is 1. Programs that this one starts are not
@@ -34,6 +34,7 @@ struct State {
     pressed: AtomicBool,
     begun: AtomicBool,
     processes: Processes,
+    unfinished: Unfinished,
 }
 
 impl Interrupt {
@@ -47,7 +48,7 @@ impl Interrupt {
             let again = state.pressed.swap(true, Ordering::SeqCst);
             if again || !state.begun.load(Ordering::SeqCst) {
                 state.processes.end_all();
-                sink::remove_unfinished();
+                state.unfinished.remove_all();
                 std::process::exit(130);
             }
             stop.request();
@@ -64,6 +65,11 @@ impl Interrupt {
     /// The list that all processes must be entered in, so that none outlives the program.
     pub(crate) fn processes(&self) -> Processes {
         self.0.processes.clone()
+    }
+
+    /// The list that temporary files of outputs must be entered in, so that none is left behind.
+    pub(crate) fn unfinished(&self) -> Unfinished {
+        self.0.unfinished.clone()
     }
 
     /// From here on there is an output that can be finished early.

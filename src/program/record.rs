@@ -1,12 +1,12 @@
-//! Files that are there when they are complete, or not at all: the one of `--report`, and others.
+//! Files that appear when they are complete: the one of `--report`, and others.
 
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use polyreel::error::{Error, Result};
 use polyreel::pipeline::Report;
-use polyreel::sink::SinkOptions;
 use polyreel::sink::place::Place;
+use polyreel::sink::{SinkOptions, Unfinished};
 
 /// A report that is about to be written. Dropped before, it leaves nothing behind.
 #[derive(Debug)]
@@ -15,14 +15,15 @@ pub(crate) struct Record(Place);
 impl Record {
     /// Makes sure, before any work is done, that a report can be written to `path` and is none of the
     /// files in `taken`.
-    pub(crate) fn create(path: &Path, taken: &[PathBuf]) -> Result<Self> {
+    pub(crate) fn create(path: &Path, taken: &[PathBuf], unfinished: Unfinished) -> Result<Self> {
         if taken.iter().any(|other| same_file(path, other)) {
             return Err(Error::usage(format!(
                 "--report {} is an input or the output as well: name another file",
                 path.display()
             )));
         }
-        reserve(path, true).map(Self)
+        let options = SinkOptions { overwrite: true, unfinished, ..SinkOptions::default() };
+        Place::reserve(path, &options).map(Self)
     }
 
     /// Writes `report` and puts it in its place.
@@ -39,13 +40,9 @@ impl Record {
 
 /// Writes `bytes` to a new file that is put at `path` when it is complete.
 pub(crate) fn put(path: &Path, bytes: &[u8], overwrite: bool) -> Result<()> {
-    let place = reserve(path, overwrite)?;
+    let place = Place::reserve(path, &SinkOptions { overwrite, ..SinkOptions::default() })?;
     place.file().write_all(bytes).map_err(|error| place.failed(&error))?;
     place.commit()
-}
-
-fn reserve(path: &Path, overwrite: bool) -> Result<Place> {
-    Place::reserve(path, &SinkOptions { overwrite, ..SinkOptions::default() })
 }
 
 fn same_file(a: &Path, b: &Path) -> bool {

@@ -8,7 +8,6 @@ use std::sync::Arc;
 
 use indicatif::HumanBytes;
 use polyreel::error::{Error, Result};
-use polyreel::ffmpeg::Processes;
 use polyreel::frame::Rational;
 use polyreel::options::{Options, Target};
 use polyreel::pipeline::{
@@ -70,12 +69,12 @@ pub(crate) fn render_for(
         // Nothing comes after it: --refine STEPS means just so many.
         options.coherence = 0.0;
     }
-    let record = record_of(args, input.paths(), output)?;
+    let record = record_of(args, input.paths(), output, interrupt)?;
     let controls = Controls::new(options.clone())?;
     let window =
         args.run.preview.then(|| Beside::open(&args.input.inputs, &info, controls.clone()));
     let window = window.transpose()?;
-    let sink_options = sink_options(args, &options, &input, interrupt.processes())?;
+    let sink_options = sink_options(args, &options, &input, interrupt)?;
     let sink = create_sink(args, output, &info, &options, &sink_options)?;
     sink.needs().adapt(&mut options);
     let mut warnings = sink.warnings().to_vec();
@@ -191,10 +190,10 @@ fn sink_options(
     args: &RenderArgs,
     options: &Options,
     input: &Input,
-    processes: Processes,
+    interrupt: &Interrupt,
 ) -> Result<SinkOptions> {
     let gives_way = RefineOptions::next(options, input.info().size).steps > 0;
-    let written = write_options(args, processes)?;
+    let written = write_options(args, interrupt)?;
     Ok(SinkOptions {
         inputs: input.paths().to_vec(),
         video: VideoOptions { gives_way, ..written.video },
@@ -205,14 +204,15 @@ fn sink_options(
 }
 
 /// What the command line says of writing, whatever the input.
-pub(crate) fn write_options(args: &RenderArgs, processes: Processes) -> Result<SinkOptions> {
+pub(crate) fn write_options(args: &RenderArgs, interrupt: &Interrupt) -> Result<SinkOptions> {
     let defaults = SinkOptions::default();
     Ok(SinkOptions {
         overwrite: args.write.overwrite,
         background: args.write.background.map_or(defaults.background, |colour| colour.0),
-        video: args.video.options(&args.input, processes)?,
+        video: args.video.options(&args.input, interrupt.processes())?,
         seams: args.write.svg_seams,
         folder_format: args.write.format.clone(),
+        unfinished: interrupt.unfinished(),
         ..defaults
     })
 }
@@ -252,10 +252,11 @@ pub(crate) fn record_of(
     args: &RenderArgs,
     inputs: &[PathBuf],
     output: &OsStr,
+    interrupt: &Interrupt,
 ) -> Result<Option<Record>> {
     let Some(path) = &args.run.report else { return Ok(None) };
     let taken: Vec<_> = inputs.iter().cloned().chain([PathBuf::from(output)]).collect();
-    Record::create(path, &taken).map(Some)
+    Record::create(path, &taken, interrupt.unfinished()).map(Some)
 }
 
 /// What to answer when `-o` was not given: often it was only forgotten before the last name.

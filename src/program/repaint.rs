@@ -42,12 +42,12 @@ pub(crate) fn repaint(
     let info = told(source.info(), &part);
     let info = StreamInfo { size: args.write.scaled(info.size)?, ..info };
     let inputs = if input == "-" { Vec::new() } else { vec![input.into()] };
-    let record = record_of(args, &inputs, output)?;
+    let record = record_of(args, &inputs, output, interrupt)?;
     let options = SinkOptions {
         inputs,
         sound: sound(args),
         look: look.clone(),
-        ..crate::program::render::write_options(args, interrupt.processes())?
+        ..crate::program::render::write_options(args, interrupt)?
     };
     let sink = sink::create(output, &info, &options)?;
     let warnings = sink.warnings().to_vec();

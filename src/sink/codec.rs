@@ -1,4 +1,4 @@
-//! Containers and encoders: which ffmpeg is asked for, and with which words.
+//! Containers and encoders, by ffmpeg's names, and their options.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::ffmpeg::command::arguments;
 
-/// A container that we write.
+/// A container that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Container {
     /// MPEG-4 (`.mp4`, `.m4v`).
@@ -59,8 +59,8 @@ impl Container {
         }
     }
 
-    /// ffmpeg's encoder for subtitles in `codec`: `copy` where they are taken as they are, `None` where they are
-    /// not taken at all. Pictures are never made text, nor text pictures.
+    /// ffmpeg's encoder for subtitles in `codec`: `copy` if the container takes them unchanged, `None` if it cannot
+    /// have them. Bitmap subtitles are not converted to text, nor text to bitmaps.
     pub(crate) fn subtitle_encoder(self, codec: &str) -> Option<&'static str> {
         let text = ["subrip", "ass", "ssa", "webvtt", "mov_text", "text"].contains(&codec);
         let pictures = ["hdmv_pgs_subtitle", "dvd_subtitle", "dvb_subtitle"].contains(&codec);
@@ -75,7 +75,7 @@ impl Container {
         }
     }
 
-    /// Options that make sound stream `index` one that it takes.
+    /// Options that make sound stream `index` one that the container takes.
     pub(crate) fn sound_encoder(self, index: usize) -> Vec<OsString> {
         let (codec, rate) = match self {
             Self::WebM => ("libopus", "160k"),
@@ -84,7 +84,7 @@ impl Container {
         let option = |name: &str| format!("-{name}:a:{index}");
         let mut args = arguments([&option("c"), &codec, &option("b"), &rate]);
         if self == Self::WebM {
-            // Of six channels and more the encoder knows only these layouts.
+            // For six and more channels the encoder has only these layouts.
             let layouts = "aformat=channel_layouts=mono|stereo|3.0|quad|5.0|5.1|6.1|7.1";
             args.extend(arguments([&option("filter"), &layouts]));
         }
@@ -99,8 +99,8 @@ pub(crate) struct Encoder {
     pub(crate) name: String,
 }
 
-/// Common names of codecs, the encoders behind them, and the encoders' constant quality that looks
-/// like x264's 18 on flat colours.
+/// Common names of codecs, their encoders, and the constant quality of each that looks like x264's 18 on flat
+/// colours.
 const CODECS: [(&str, &str, Option<u32>); 8] = [
     ("h264", "libx264", Some(18)),
     ("x264", "libx264", Some(18)),
@@ -140,12 +140,12 @@ impl Encoder {
         ["libvpx", "libvpx-vp9", "libaom-av1", "ffv1"].contains(&self.name.as_str())
     }
 
-    /// The most units of time in a second that it counts in, if there is a limit (MPEG-4 part 2).
+    /// The most time units in a second, if there is a limit (MPEG-4 part 2).
     pub(crate) fn most_units(&self) -> Option<i64> {
         ["mpeg4", "libxvid"].contains(&self.name.as_str()).then_some(65535)
     }
 
-    /// The name that Apple's players know H.265 by.
+    /// The tag of H.265 that Apple's players need.
     pub(crate) fn tag(&self, container: Container) -> Vec<OsString> {
         let wanted = self.name == "libx265" && container.is_quicktime();
         if wanted { arguments([&"-tag:v", &"hvc1"]) } else { Vec::new() }
@@ -154,7 +154,7 @@ impl Encoder {
     /// Its options for quality `crf` and speed `preset` (x264's names).
     ///
     /// # Errors
-    /// [`Error::Usage`] when the preset is none that it knows.
+    /// [`Error::Usage`] when the encoder has no such preset.
     pub(crate) fn options(&self, crf: Option<u32>, preset: Option<&str>) -> Result<Vec<OsString>> {
         let mut args = arguments([&"-c:v", &self.name]);
         let usual = CODECS.iter().find(|(_, encoder, _)| *encoder == self.name);
@@ -164,7 +164,7 @@ impl Encoder {
         }
         let vpx = self.name.starts_with("libvpx");
         if vpx {
-            // Constant quality; without a rate of 0 the crf would be a mere limit.
+            // Constant quality: without a rate of 0 the crf would only be a limit.
             let rate = if self.name == "libvpx" { "20M" } else { "0" };
             args.extend(arguments([&"-b:v", &rate, &"-deadline", &"good"]));
         }
@@ -192,7 +192,7 @@ impl Encoder {
     }
 }
 
-/// libvpx's speed, 8 fast to 0 slow, for a place in [`PRESETS`].
+/// libvpx's speed, 8 (fast) to 0 (slow), for an index in [`PRESETS`].
 fn speed(place: usize) -> String {
     8usize.saturating_sub(place + place / 6).min(8).to_string()
 }

@@ -1,4 +1,4 @@
-//! A frame as its mesh and the colours of its triangles, for formats that hold those rather than pixels.
+//! A frame as a mesh with colours, for formats that store these rather than pixels.
 
 use super::{Origin, Picture};
 use crate::error::{Error, Result};
@@ -12,13 +12,13 @@ use crate::stream::Span;
 #[derive(Debug)]
 pub(super) struct Facets {
     pub(super) mesh: Mesh,
-    /// One a triangle, as they were found: before they are graded.
+    /// One for each triangle, before grading.
     pub(super) colours: Vec<Rgba>,
     pub(super) span: Span,
 }
 
 impl Facets {
-    /// Those of a picture that came [plain](super::Needs::plain), with its origin.
+    /// The facets of a picture that came [plain](super::Needs::plain), with its origin.
     pub(super) fn of(picture: Picture, origin: Option<Origin>) -> Result<Self> {
         let Some(Origin { mesh, .. }) = origin else {
             return Err(Error::usage(
@@ -29,12 +29,12 @@ impl Facets {
         Ok(Self { colours: colours.collect(), mesh, span: picture.span })
     }
 
-    /// The colours that are seen, as `look` grades them.
+    /// The colours after grading by `look`.
     pub(super) fn graded(&self, look: &Options) -> Vec<Rgba> {
         graded(&self.colours, look)
     }
 
-    /// The edges along which `look` has lines.
+    /// The edges along which `look` draws lines.
     pub(super) fn outlined(&self, look: &Options) -> Vec<[u32; 2]> {
         outlined(&self.mesh, &self.colours, look)
     }

@@ -1,13 +1,13 @@
-//! GIF: whole pictures in, only what changed out.
+//! Writes GIF: of each picture only the changes.
 //!
-//! Against what the viewer sees already (the canvas), only the rectangle of what changed is written,
-//! and in it only the pixels that changed; the others are transparent. A pixel also stays as it is if
-//! its old colour is as near to the new one as the palette's best.
+//! Compared with what the viewer shows already (the canvas), only the bounding rectangle of the changes is written,
+//! and in it only the pixels that changed; the others are transparent. A pixel also stays if its old colour is as
+//! near to the new one as the palette's best.
 //!
-//! GIF cannot make a pixel transparent again by drawing. Only the frame before can: by asking that
-//! its rectangle be cleared after it. So a frame is written when the next one is known.
+//! Drawing cannot make a pixel transparent in a GIF, but the frame before can, by having its rectangle cleared. So a
+//! frame is written when the next one is known.
 //!
-//! Viewers show at most fifty frames a second: of more, some are left out, so that the length stays.
+//! Viewers show at most fifty frames a second: of more, some are dropped, so that the duration stays.
 
 mod clock;
 mod draw;
@@ -32,7 +32,7 @@ use crate::stream::{Loops, Span, StreamInfo};
 use clock::Clock;
 use draw::draw_row;
 
-/// Pixels with less alpha are transparent.
+/// Pixels with a smaller alpha become transparent.
 const THRESHOLD: u8 = 128;
 
 /// A GIF being written.
@@ -42,9 +42,9 @@ pub(crate) struct Gif {
     still: bool,
     clock: Clock,
     palette: Option<Palette>,
-    /// What the viewer sees once the waiting frame is shown; pixels have alpha 0 or 255.
+    /// What the viewer shows after the waiting frame; pixels have alpha 0 or 255.
     canvas: Vec<Rgba>,
-    /// Of a whole frame, kept as a buffer.
+    /// Indices of a whole frame, a buffer.
     indices: Vec<u8>,
     size: Size,
     out: Option<Out>,
@@ -52,7 +52,7 @@ pub(crate) struct Gif {
     warnings: Vec<String>,
 }
 
-/// The encoder, which exists from the first frame on, and its palette.
+/// The encoder, made with the first frame, and its palette.
 struct Out {
     encoder: gif::Encoder<BufWriter<File>>,
     global: Vec<Rgb>,
@@ -61,7 +61,7 @@ struct Out {
 /// A frame that is written when the next one is known.
 struct Waiting {
     area: Area,
-    /// Of `area`, row by row.
+    /// The indices of `area`, row by row.
     indices: Vec<u8>,
     colours: Vec<Rgb>,
     span: Span,
@@ -96,7 +96,7 @@ impl Gif {
         let mut encoder = gif::Encoder::new(file, width, height, &table(colours))?;
         encoder.set_repeat(match self.loops {
             Loops::Forever => Repeat::Infinite,
-            // The file says how often it is repeated after the first time.
+            // The file holds the number of repetitions after the first time.
             Loops::Times(n) => {
                 Repeat::Finite(u16::try_from(n.saturating_sub(1)).unwrap_or(u16::MAX))
             }
@@ -106,7 +106,7 @@ impl Gif {
         Ok(())
     }
 
-    /// Draws `frame` onto the canvas, and returns what has to be written for it.
+    /// Draws `frame` on the canvas, and returns the part of it that has to be written.
     fn draw(&mut self, frame: &Frame, palette: &Palette, lookup: &Lookup, span: Span) -> Waiting {
         let width = self.size.width as usize;
         let first = self.canvas.is_empty();
@@ -125,7 +125,7 @@ impl Gif {
         let area = match changed {
             // Readers expect the first frame to cover the screen.
             _ if first => Area { x0: 0, y0: 0, x1: width, y1: self.size.height as usize },
-            // A frame must have a pixel, and this one stays as it is.
+            // A frame must have at least one pixel; this one does not change.
             Area::NONE => Area { x0: 0, y0: 0, x1: 1, y1: 1 },
             area => area,
         };
@@ -134,7 +134,8 @@ impl Gif {
         Waiting { area, indices, colours: palette.colours().to_vec(), span }
     }
 
-    /// Writes the waiting frame. `next` begins when it ends; `clear` is to be transparent then.
+    /// Writes the waiting frame. `next` is the start of the next one; `clear` is the area that is to be transparent
+    /// then.
     fn flush(&mut self, next: Option<Span>, clear: Area) -> Result<(), EncodingError> {
         let Some(mut waiting) = self.waiting.take() else { return Ok(()) };
         let delay = if self.still && waiting.span.length.is_none() {
@@ -171,7 +172,7 @@ impl Gif {
         })
     }
 
-    /// The rectangle of what the viewer sees and `frame` does not have.
+    /// The bounding rectangle of pixels that the viewer shows and that are transparent in `frame`.
     fn vanished(&self, frame: &Frame) -> Area {
         if frame.is_opaque() || self.canvas.is_empty() {
             return Area::NONE;
@@ -198,7 +199,7 @@ impl Gif {
 
 impl Sink for Gif {
     fn needs(&self) -> Needs {
-        // The palette is made from the fills: there must be no other colours.
+        // The palette is made from the fills: pictures must have no other colours.
         Needs { edges: Some(Edges::Hard), ..Needs::default() }
     }
 
@@ -236,7 +237,7 @@ impl Sink for Gif {
 }
 
 impl Waiting {
-    /// Makes the rectangle larger; the new part stays as it is.
+    /// Grows the rectangle; pixels of the new part do not change.
     fn grow(&mut self, to: Area, transparent: u8) {
         if to == self.area {
             return;
@@ -252,7 +253,7 @@ impl Waiting {
     }
 }
 
-/// A colour table as it stands in the file, with an entry for the transparent index.
+/// A colour table in the format of the file, with an entry for the transparent index.
 fn table(colours: &[Rgb]) -> Vec<u8> {
     debug_assert!(colours.len() <= MOST, "one index is for transparent pixels");
     [colours.as_flattened(), &[0; 3]].concat()
@@ -272,7 +273,7 @@ struct Area {
 }
 
 impl Area {
-    /// No pixel; unites with any rectangle to that one.
+    /// The empty rectangle; its union with another is the other.
     const NONE: Self = Self { x0: usize::MAX, y0: usize::MAX, x1: 0, y1: 0 };
 
     fn union(self, o: Self) -> Self {
@@ -284,7 +285,7 @@ impl Area {
         }
     }
 
-    /// The ranges of its rows in a frame `width` wide.
+    /// The index ranges of its rows in a frame of this `width`.
     fn rows(self, width: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
         (self.y0..self.y1).map(move |y| y * width + self.x0..y * width + self.x1)
     }

@@ -1,4 +1,4 @@
-//! Where frames go. One format a file; unfinished outputs never stand under their final name.
+//! Sinks of frames. Each file has one format; an unfinished output never has its final name.
 
 #[cfg(feature = "ffmpeg")]
 pub mod codec;
@@ -28,7 +28,7 @@ mod unfinished;
 mod usd;
 pub mod y4m;
 
-pub use unfinished::remove_unfinished;
+pub use unfinished::Unfinished;
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -53,14 +53,14 @@ use still::Format;
 pub struct Picture {
     /// The low-poly picture.
     pub frame: Frame,
-    /// Every colour that `frame` holds, where edges are hard: those of the triangles, and of outlines. One
-    /// colour may stand several times; areas are weights (an outline hides parts of triangles).
+    /// All colours of `frame`, if edges are hard: those of the triangles, and of outlines. A colour may occur several
+    /// times; areas are weights (an outline hides parts of triangles).
     pub fills: Vec<Fill>,
     /// When it is shown.
     pub span: Span,
 }
 
-/// What a picture was made from, for sinks that show it.
+/// The frame and mesh of a picture, for sinks that show them.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Origin {
@@ -70,7 +70,7 @@ pub struct Origin {
     pub mesh: Mesh,
 }
 
-/// What a [`Sink`] asks of the pictures it takes.
+/// The requirements of a [`Sink`] for its pictures.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Needs {
@@ -78,21 +78,21 @@ pub struct Needs {
     /// [squared](crate::colour::Layout::is_squared); others come as pixels all the same. Default: none,
     /// all pictures come as pixels.
     pub form: Option<Form>,
-    /// The edges that pictures must have, whatever the options say. Default: those of the options.
+    /// The edges that pictures must have, instead of those of the options. Default: those of the options.
     pub edges: Option<Edges>,
-    /// Whether pictures are shown as they come, by a window or a live stream: then frames of a live source that
-    /// find no room are dropped. A file gets all of them. Default: no.
+    /// Whether pictures are shown at once, by a window or a live stream: then frames of a live source are dropped
+    /// when the pipeline is full. A file gets all frames. Default: no.
     pub live: bool,
     /// Whether [`Sink::write`] gets the [`Origin`]. If not, the source frame and the mesh are recycled as
     /// soon as the picture is painted. Default: no.
     pub origin: bool,
-    /// Whether colours come as they were found, not graded, and without outlines: for formats that hold facets
-    /// and paint them by themselves. Default: no.
+    /// Whether pictures come without grading and outlines: for formats that store triangles and apply these
+    /// themselves. Default: no.
     pub plain: bool,
 }
 
 impl Needs {
-    /// Changes in `options` what the sink needs otherwise.
+    /// Changes `options` to the requirements.
     pub fn adapt(&self, options: &mut Options) {
         if let Some(edges) = self.edges {
             options.edges = edges;
@@ -103,29 +103,28 @@ impl Needs {
     }
 }
 
-/// An output being written. Dropped before [`Sink::finish`], it leaves nothing behind.
+/// An output that is being written. If it is dropped before [`Sink::finish`], it leaves no file behind.
 pub trait Sink: Send {
-    /// What the sink asks of the pictures it takes. It is constant: callers may read it once, before the
-    /// first picture. Default: RGBA pixels as the options paint them, without their origin.
+    /// The requirements for pictures. They are constant: callers may read them once, before the first picture.
+    /// Default: RGBA pixels with the edges of the options, without their origin.
     fn needs(&self) -> Needs {
         Needs::default()
     }
 
-    /// Takes the next picture. All have one size. `origin` is what it was made from, and is given where
-    /// [`Needs::origin`] asks for it. Returns buffers that the sink no longer needs, perhaps empty: the
-    /// next picture may be painted in them.
+    /// Writes the next picture. All have the same size. `origin` is given if [`Needs::origin`] is set. Returns
+    /// buffers that the sink no longer needs, perhaps empty, in which the next picture can be painted.
     ///
     /// # Errors
-    /// When it cannot be written; [`crate::error::Error::Closed`] when the reader has gone.
+    /// When it cannot be written; [`crate::error::Error::Closed`] when the reader of a pipe has closed it.
     fn write(&mut self, picture: Picture, origin: Option<Origin>) -> Result<Buffers>;
 
-    /// Completes the output and puts it in its place.
+    /// Completes the output and gives it its final name.
     ///
     /// # Errors
     /// When the last bytes cannot be written.
     fn finish(self: Box<Self>) -> Result<()>;
 
-    /// What the user should know about the output, in sentences. Default: nothing.
+    /// Warnings for the user, in sentences. Default: none.
     fn warnings(&self) -> &[String] {
         &[]
     }
@@ -137,7 +136,7 @@ pub trait Sink: Send {
 pub struct SinkOptions {
     /// Whether existing outputs may be replaced. Default: no.
     pub overwrite: bool,
-    /// What shows through transparent pixels where a format has none. Default: white.
+    /// The colour behind transparent pixels in formats without alpha. Default: white.
     pub background: Rgba,
     /// How often an animation plays. Default: as the input does.
     pub loops: Option<Loops>,
@@ -149,12 +148,14 @@ pub struct SinkOptions {
     pub video: VideoOptions,
     /// The sound that goes into a video. Default: none.
     pub sound: Option<Sound>,
-    /// How facets are painted, for formats that hold those: edges, outlines, grading. Default: as by default.
+    /// The edges, outlines and grading for formats that store triangles. Default: those of `Options::default()`.
     pub look: Options,
-    /// What keeps the ground from showing between the facets of an SVG. Default: underlap.
+    /// How gaps between the triangles of an SVG are avoided. Default: underlap.
     pub seams: Seams,
     /// The extension of the pictures that go to a folder. Default: `png`.
     pub folder_format: Option<String>,
+    /// The list that temporary files are entered in until they are complete. Default: a list of its own.
+    pub unfinished: Unfinished,
 }
 
 impl Default for SinkOptions {
@@ -170,14 +171,14 @@ impl Default for SinkOptions {
             look: Options::default(),
             seams: Seams::default(),
             folder_format: None,
+            unfinished: Unfinished::default(),
         }
     }
 }
 
-/// Makes the sink that `output` asks for by its name: a still (`.png`, `.jpg`, `.webp` ...), a
-/// numbered sequence (`frame_%04d.png`, or a folder), a `.svg`, a `.gif`, a video (`.mp4`, `.webm`, `.mkv`,
-/// `.mov`), a `.y4m`, `-` for y4m on standard output, or `null:`, which discards.
-/// `info` is the stream that will be written.
+/// Makes the sink for `output`, by its name: a still (`.png`, `.jpg`, `.webp` ...), a numbered sequence
+/// (`frame_%04d.png`, or a folder), a `.svg`, a `.gif`, a video (`.mp4`, `.webm`, `.mkv`, `.mov`), a `.y4m`, `-` for
+/// y4m on standard output, or `null:`, which discards. `info` is the stream that will be written.
 ///
 /// # Errors
 /// When the name's format is unknown or does not suit the stream, the output exists, is an input, or
@@ -240,7 +241,7 @@ fn ends_in_separator(name: &OsStr) -> bool {
     name.as_encoded_bytes().last().is_some_and(|&b| std::path::is_separator(char::from(b)))
 }
 
-/// The sink of files that are numbered by `pattern`, in a folder that is made if `make` says so.
+/// The sink of files that are numbered by `pattern`, in a folder that is made if `make` is true.
 fn numbered(
     output: &Path,
     pattern: Pattern,

@@ -1,4 +1,4 @@
-//! Nowhere: for measuring everything but the writing.
+//! Discards pictures: for measurements without writing.
 
 use super::{Needs, Origin, Picture, Sink};
 use crate::colour::{Coding, Form, Layout};
@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::frame::Buffers;
 use crate::stream::StreamInfo;
 
-/// Discards pictures. Those of a video are taken as a video would take them.
+/// Discards pictures. Those of a video are taken as planes, as by a video file.
 #[derive(Debug)]
 pub(crate) struct Null {
     form: Option<Form>,

@@ -1,47 +1,42 @@
-//! Few colours that stand for many: the palette of a GIF, from the colours of a picture's triangles
-//! and their areas, never from its pixels.
+//! Colour quantization: the palette of a GIF, from the colours and areas of a picture's triangles, not from pixels.
 //!
-//! A new palette comes from splitting the set of colours where that lowers the squared error most
-//! (X. Wu, "Color quantization by dynamic programming and principal analysis", 1992, on the axes),
-//! followed by rounds of k-means (Lloyd). The last palette is kept as long as it fits, so that colours do not
-//! flicker from frame to frame.
+//! A new palette is found by splitting the set of colours where that lowers the squared error most (X. Wu, "Color
+//! quantization by dynamic programming and principal analysis", 1992, along the axes), followed by rounds of k-means
+//! (Lloyd). The last palette is kept while its error is small, so that colours do not flicker.
 
 mod divide;
-
-use rayon::prelude::*;
+mod nearest;
 
 use crate::frame::{Fill, Rgba};
-use crate::simd::dispatch;
-
 use divide::divide;
+use nearest::nearest;
+pub(crate) use nearest::{Lookup, Match};
 
-/// Most colours in a palette: one of the 256 of a GIF stands for "transparent".
+/// The most colours of a palette. The last of a GIF's 256 indices means "transparent".
 pub(crate) const MOST: usize = 255;
 
-/// Rounds of k-means after splitting, and when starting from the last palette. Measured on flat
-/// pictures of 5000 colours: the third round after a split gains 0.1 dB, the fifth nothing.
+/// Rounds of k-means after splitting, and when starting from the last palette. Measured on 5000 colours: the third
+/// round after a split gains 0.1 dB, the fifth nothing (`cargo test rounds_of_k_means -- --ignored --nocapture`).
 const ROUNDS: usize = 3;
 const WARM_ROUNDS: usize = 2;
 
-/// A palette is kept, or accepted, while its mean squared error is at most this factor and this much
-/// above that of the last one that was made anew: 2 is 3 dB, of the more than 40 that it begins with.
-/// Less than that is what every palette loses on colours that it was not made for, and each new one
-/// makes the picture flicker.
+/// A palette is kept while its mean squared error is at most `TOLERANCE` times that of the last new one, plus `SLACK`.
+/// The factor 2 is a loss of 3 dB of more than 40. With a smaller one, palettes would be replaced for any change of
+/// colours, and each new palette makes the picture flicker.
 const TOLERANCE: f64 = 2.0;
 const SLACK: f64 = 1.0;
 
 /// A colour without alpha.
 pub(crate) type Rgb = [u8; 3];
 
-/// A colour and the pixels that have it.
+/// A colour and the number of pixels that have it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Weighted {
     pub(crate) colour: Rgb,
     pub(crate) weight: u64,
 }
 
-/// The distinct colours among the fills that are not transparent (`threshold` and above), in
-/// ascending order.
+/// The distinct colours of fills with an alpha of at least `threshold`, in ascending order.
 pub(crate) fn distinct(fills: &[Fill], threshold: u8) -> Vec<Weighted> {
     let mut all: Vec<Weighted> = fills
         .iter()
@@ -74,14 +69,14 @@ pub(crate) fn distance(a: Rgb, b: Rgb) -> u32 {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Palette {
     colours: Vec<Rgb>,
-    /// Mean squared error, per pixel, all channels, over the picture for which it, or the one from
-    /// which it has grown, was made anew.
+    /// Mean squared error for each pixel, summed over the channels, on the picture that the last new palette was made
+    /// for.
     error: f64,
 }
 
 impl Palette {
-    /// The palette for a picture of `colours`, `last` while it fits, else a better one; and what of it
-    /// stands for each of the colours, ready to be looked up.
+    /// The palette for a picture of `colours`: the `last` one while its error is small, else a better one. Returns it
+    /// with a table of the nearest entry of each colour.
     pub(crate) fn next(colours: &[Weighted], last: Option<&Self>) -> (Self, Lookup) {
         let (palette, matches) = Self::fitted(colours, last);
         let lookup = Lookup::new(colours, &matches, &palette);
@@ -107,7 +102,7 @@ impl Palette {
 
     fn new(colours: &[Weighted]) -> (Self, Vec<Match>) {
         if colours.is_empty() {
-            // A wholly transparent picture; a palette is never empty.
+            // The picture is transparent. A palette must have a colour.
             return (Self { colours: vec![[0; 3]], error: 0.0 }, Vec::new());
         }
         if colours.len() <= MOST {
@@ -121,8 +116,8 @@ impl Palette {
         Self::refined(colours, start, matches, ROUNDS)
     }
 
-    /// `start`, of which `matches` are the nearest, after rounds of k-means, and the nearest of what
-    /// comes out. A colour that stands for nothing stays where it is.
+    /// The palette `start` after `rounds` of k-means, and the nearest entries of its colours. `matches` are the
+    /// nearest entries of `start`. An entry that is nearest to no colour stays as it is.
     fn refined(
         colours: &[Weighted],
         start: Vec<Rgb>,
@@ -151,76 +146,7 @@ impl Palette {
     }
 }
 
-/// The colour of a palette that stands for another.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Match {
-    /// Its place in the palette.
-    pub(crate) index: u8,
-    /// Its squared distance.
-    pub(crate) distance: u32,
-}
-
-/// Colours that a thread takes at a time.
-const PART: usize = 1024;
-
-fn nearest(colours: &[Weighted], palette: &[Rgb]) -> Vec<Match> {
-    let planes = Planes::new(palette);
-    let mut matches = vec![Match::default(); colours.len()];
-    let parts = matches.par_chunks_mut(PART).zip(colours.par_chunks(PART));
-    parts.for_each(|(matches, colours)| {
-        dispatch(
-            #[inline(always)]
-            || {
-                for (m, w) in matches.iter_mut().zip(colours) {
-                    *m = planes.nearest(w.colour);
-                }
-            },
-        );
-    });
-    matches
-}
-
-/// A palette channel by channel, in numbers that processors compare many at a time. Squared
-/// distances are below 2^18, so that they are exact.
-#[derive(Debug)]
-struct Planes {
-    channels: [[f32; MOST + 1]; 3],
-}
-
-impl Planes {
-    fn new(palette: &[Rgb]) -> Self {
-        // Places beyond the palette are farther than any colour.
-        let mut channels = [[1e4; MOST + 1]; 3];
-        for (i, colour) in palette.iter().enumerate().take(MOST + 1) {
-            for (channel, &c) in channels.iter_mut().zip(colour) {
-                channel[i] = f32::from(c);
-            }
-        }
-        Self { channels }
-    }
-
-    /// The first of the nearest.
-    #[inline(always)]
-    fn nearest(&self, colour: Rgb) -> Match {
-        let [red, green, blue] = &self.channels;
-        let [r, g, b] = colour.map(f32::from);
-        let mut distances = [0f32; MOST + 1];
-        for (i, distance) in distances.iter_mut().enumerate() {
-            let (dr, dg, db) = (red[i] - r, green[i] - g, blue[i] - b);
-            *distance = dr * dr + dg * dg + db * db;
-        }
-        let mut lanes = [f32::MAX; 8];
-        for chunk in distances.as_chunks::<8>().0 {
-            for (lane, &d) in lanes.iter_mut().zip(chunk) {
-                *lane = if d < *lane { d } else { *lane };
-            }
-        }
-        let least = lanes.into_iter().fold(f32::MAX, f32::min);
-        let index = distances.iter().position(|&d| d == least).unwrap_or(0);
-        Match { index: index as u8, distance: least as u32 }
-    }
-}
-
+/// The mean squared error for each pixel.
 fn error(colours: &[Weighted], matches: &[Match]) -> f64 {
     let (mut sum, mut pixels) = (0u64, 0u64);
     for (w, m) in colours.iter().zip(matches) {
@@ -230,63 +156,12 @@ fn error(colours: &[Weighted], matches: &[Match]) -> f64 {
     sum as f64 / pixels.max(1) as f64
 }
 
-/// Adds a colour to sums of channels and weights.
+/// Adds a colour to weighted sums of the channels and to the sum of the weights.
 fn add(sums: &mut [u64; 4], w: &Weighted) {
     for (s, c) in sums.iter_mut().zip(w.colour) {
         *s += w.weight * u64::from(c);
     }
     sums[3] += w.weight;
-}
-
-/// A picture's colours and what stands for each: a table with open addressing; and the palette, for others.
-#[derive(Debug)]
-pub(crate) struct Lookup {
-    slots: Vec<(u32, Match)>,
-    shift: u32,
-    palette: Planes,
-}
-
-/// No colour: colours have 24 bits.
-const EMPTY: u32 = u32::MAX;
-
-impl Lookup {
-    fn new(colours: &[Weighted], matches: &[Match], palette: &Palette) -> Self {
-        // At most half full, so that runs of taken slots stay short.
-        let bits = (2 * colours.len()).next_power_of_two().trailing_zeros().max(4);
-        let slots = vec![(EMPTY, Match::default()); 1 << bits];
-        let mut table = Self { slots, shift: 32 - bits, palette: Planes::new(&palette.colours) };
-        for (w, &m) in colours.iter().zip(matches) {
-            let slot = table.slot(key(w.colour));
-            table.slots[slot] = (key(w.colour), m);
-        }
-        table
-    }
-
-    /// What stands for `colour`, quickly if it is one of the picture's; a mixed one it may be where edges are smooth.
-    pub(crate) fn get(&self, colour: Rgb) -> Match {
-        let (found, m) = self.slots[self.slot(key(colour))];
-        if found != EMPTY {
-            return m;
-        }
-        dispatch(
-            #[inline(always)]
-            || self.palette.nearest(colour),
-        )
-    }
-
-    /// The slot that holds `key`, or the empty one where it belongs.
-    fn slot(&self, key: u32) -> usize {
-        // Fibonacci hashing (Knuth, TAOCP 3, 6.4): 2^32 / golden ratio.
-        let mut slot = (key.wrapping_mul(0x9e37_79b9) >> self.shift) as usize;
-        while self.slots[slot].0 != key && self.slots[slot].0 != EMPTY {
-            slot = (slot + 1) & (self.slots.len() - 1);
-        }
-        slot
-    }
-}
-
-fn key([r, g, b]: Rgb) -> u32 {
-    u32::from_be_bytes([0, r, g, b])
 }
 
 #[cfg(test)]
@@ -346,7 +221,19 @@ mod tests {
     }
 
     #[test]
-    fn a_palette_that_fits_is_kept_to_the_last_bit() {
+    #[ignore = "prints the gain of rounds, for the comment of ROUNDS"]
+    fn rounds_of_k_means() {
+        let colours = many(5000, 2);
+        let start = divide(&colours);
+        for rounds in 0..6 {
+            let matches = nearest(&colours, &start);
+            let error = Palette::refined(&colours, start.clone(), matches, rounds).0.error;
+            println!("{rounds} rounds: {:.2} dB", 10.0 * (255.0 * 255.0 * 3.0 / error).log10());
+        }
+    }
+
+    #[test]
+    fn a_palette_with_a_small_error_is_kept() {
         let colours = many(5000, 3);
         let (palette, _) = Palette::next(&colours, None);
         let mut moved = colours.clone();
@@ -367,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn what_stands_for_a_colour_is_the_nearest_however_the_palette_came_to_be() {
+    fn lookups_give_the_nearest_entry_however_the_palette_was_made() {
         let first = Palette::next(&many(5000, 6), None).0;
         let mut shifted = many(5000, 6);
         shifted.iter_mut().for_each(|w| w.colour[0] /= 2);
@@ -379,7 +266,7 @@ mod tests {
             (shifted, Some(&first)),
         ] {
             let (palette, lookup) = Palette::next(&colours, last);
-            // Of the picture, and of none.
+            // Colours of the picture, and others.
             for w in colours.iter().chain(&many(50, 9)) {
                 let far = |p: &Rgb| distance(*p, w.colour);
                 let (index, best) =

@@ -1,10 +1,10 @@
-//! Pictures on their way into a video.
+//! Converts pictures to the planes of a video.
 
 use crate::colour::{Form, from_rgba};
 use crate::frame::{Buffers, Frame, Rgba, over};
 
-/// Fills `out` with the planes of `frame` in `form`, what is transparent laid over `background` if there is
-/// one. Returns the frame's buffers, or as large ones.
+/// Fills `out` with the planes of `frame` in `form`. Transparent pixels are composed over the `background` if there
+/// is one; else alpha is ignored. Returns buffers to be recycled: the frame's own, or those of `out`.
 pub(super) fn fill_planes(
     out: &mut Vec<u8>,
     frame: Frame,
@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn planes_of_the_same_form_are_passed_on() {
+    fn planes_of_the_same_form_are_not_converted() {
         let data: Vec<u8> = (0..12).collect();
         let frame = |form| {
             Frame::planar(Planes { form, data: data.clone() }, Vec::new()).expect("even sides")

@@ -1,4 +1,4 @@
-//! What goes into a video besides the picture: sound, subtitles, chapters and titles, where they come from, and the
+//! The streams of a video besides the picture: sound, subtitles, chapters and titles; their sources, and ffmpeg's
 //! options for them.
 
 use std::ffi::{OsStr, OsString};
@@ -14,11 +14,11 @@ use crate::frame::Rational;
 use crate::sink::codec::Container;
 use crate::source::{Sound, decode::read_along};
 
-/// The streams that are to be put in, and what is told with them.
+/// The streams that are added, and their metadata.
 pub(crate) struct Streams {
     source: Sound,
     tracks: SoundTracks,
-    /// Those subtitles that the container takes, and the encoder for each.
+    /// The subtitles that the container takes, and the encoder for each.
     subtitles: Vec<(MediaTrack, &'static str)>,
 }
 
@@ -26,8 +26,8 @@ pub(crate) struct Streams {
 const CHAPTERS: usize = 100_000;
 
 impl Streams {
-    /// Those of the source that `container` takes, with or without `audio`; `None` when there is nothing to put in.
-    /// Adds to `warnings` what is left out.
+    /// The streams of the source that `container` takes, with or without `audio`; `None` if there is none. Adds
+    /// warnings about streams that are left out.
     ///
     /// # Errors
     /// When it cannot be read.
@@ -75,21 +75,20 @@ impl Streams {
         &self.source
     }
 
-    /// Whether there is anything to see or hear; else only chapters and titles.
+    /// Whether there is sound or a subtitle; otherwise only chapters and titles.
     fn has_media(&self) -> bool {
         !self.tracks.extras.sound.is_empty() || !self.subtitles.is_empty()
     }
 
-    /// Whether they can be put in while the picture is encoded: it begins at 0, to where ffmpeg moves
-    /// it, they are not to end before their own end, as far as is known, and no network can keep the
-    /// picture waiting.
+    /// Whether they can be added while the picture is encoded: the picture begins at 0, to where ffmpeg moves it, the
+    /// streams need not be cut as far as is known, and the picture does not have to wait for a network.
     pub(crate) fn go_along(&self) -> bool {
         let Sound { path, start, cut, .. } = &self.source;
         let at_once = self.tracks.picture == Some(Rational::ZERO) && *start == Rational::ZERO;
         !self.has_media() && !cut || at_once && !cut && !is_url(path)
     }
 
-    /// Options that read it, up to the time `end` of the picture if that is given. Its inputs come after the
+    /// Options that read the source, up to the time `end` of the picture if given. Its inputs come after the
     /// picture's.
     pub(crate) fn input(&self, end: Option<Rational>) -> Vec<OsString> {
         let mut args = Vec::new();
@@ -110,9 +109,9 @@ impl Streams {
         args
     }
 
-    /// Options that write it, copied where `container` takes it.
+    /// Options that write the streams, copied if `container` takes them.
     pub(crate) fn output(&self, container: Container, end: Option<Rational>) -> Vec<OsString> {
-        // Not all at once by `-map_metadata -1`: that would take the chapters' titles, too.
+        // Not `-map_metadata -1`: that would remove the titles of chapters, too.
         let mut args = arguments([&"-map_metadata:g", &"-1", &"-map_metadata:s", &"-1"]);
         let extras = &self.tracks.extras;
         for (i, track) in extras.sound.iter().enumerate() {
@@ -124,7 +123,7 @@ impl Streams {
             }
             args.extend(arguments([&format!("-c:a:{i}"), &"copy"]));
             if self.source.start > Rational::ZERO {
-                // Not what lies between the seek point and the moment that was sought.
+                // Without the packets between the seek point and the requested time.
                 args.extend(arguments([&format!("-copypriorss:a:{i}"), &"0"]));
             }
         }
@@ -140,15 +139,15 @@ impl Streams {
         args
     }
 
-    /// Options after the output that read the picture's stream too, where ffmpeg mends a clock: it then mends it as it
-    /// did for the picture.
+    /// Options after the output that also read the picture's stream, if ffmpeg repairs timestamps, so that it repairs
+    /// them as it did for the picture.
     pub(crate) fn along(&self) -> Vec<OsString> {
         let picture = self.tracks.repair.as_ref().filter(|_| self.has_media());
         let picture = picture.and_then(|repair| repair.streams.first());
         picture.map(|stream| read_along(1, *stream)).unwrap_or_default()
     }
 
-    /// Options that make the moment at which the picture begins the time 0.
+    /// Options that make the start of the picture time 0.
     fn begin(&self) -> Vec<OsString> {
         let seek = self.source.start - self.tracks.shift;
         if self.source.start > Rational::ZERO && seek > Rational::ZERO {
@@ -159,10 +158,10 @@ impl Streams {
     }
 }
 
-/// Options called `option` that set `pairs`.
+/// Options `option` that set `pairs`.
 fn metadata(option: &str, pairs: &Metadata) -> Vec<OsString> {
     let pair = |(key, value): &(String, String)| {
-        // Nothing that would end an argument.
+        // Without characters that would end an argument.
         arguments([&option, &format!("{key}={}", value.replace('\0', " "))])
     };
     pairs.iter().flat_map(pair).collect()
@@ -202,7 +201,7 @@ fn chapters(chapters: &[Chapter], start: Rational, end: Option<Rational>) -> Str
     if list.is_empty() { list } else { format!(";FFMETADATA1{list}") }
 }
 
-/// Parts the user's own options into those of the picture and those of the sound.
+/// Splits the user's own options into those of the picture and those of the sound.
 pub(crate) fn part(args: &[String]) -> (Vec<OsString>, Vec<OsString>) {
     let (mut picture, mut sound) = (Vec::new(), Vec::new());
     let mut of_sound = false;

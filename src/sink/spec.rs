@@ -1,4 +1,4 @@
-//! What is to be encoded into a video, and how.
+//! The content of a video, and its encoding.
 
 use crate::ffmpeg::Ffmpeg;
 use crate::frame::{Colorimetry, Rational};
@@ -13,8 +13,8 @@ pub struct VideoOptions {
     /// A codec (`h264`, `h265`, `vp8`, `vp9`, `av1`, `prores`) or ffmpeg's name of an encoder.
     /// Default `None`: H.264, in WebM VP9.
     pub codec: Option<String>,
-    /// Constant quality in the encoder's own measure, smaller is better. Default `None`: 18 for
-    /// H.264, the like for others.
+    /// Constant quality on the encoder's own scale; smaller is better. Default `None`: 18 for H.264, similar ones for
+    /// others.
     pub crf: Option<u32>,
     /// Effort, by x264's names: `ultrafast` to `placebo`. Default `None`: the encoder's own.
     pub encoder_preset: Option<String>,
@@ -24,9 +24,8 @@ pub struct VideoOptions {
     pub ffmpeg_args: Vec<String>,
     /// The ffmpeg to use. Default: the one on the search path.
     pub ffmpeg: Ffmpeg,
-    /// Whether the encoder runs at a lower priority than we do, by 10 as with `nice`: right where the
-    /// stages before it take longer than it does, as with refinement. Elsewhere it would only lose to
-    /// other programs. Default false.
+    /// Whether the encoder runs at a lower priority than this process, by 10 as with `nice`. Useful if earlier stages
+    /// take longer than encoding, as with refinement; otherwise it only loses time to other programs. Default false.
     pub gives_way: bool,
 }
 
@@ -44,7 +43,7 @@ impl Default for VideoOptions {
     }
 }
 
-/// What is to be encoded.
+/// The content of a video.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VideoSpec {
     /// Size of all pictures.
@@ -53,11 +52,10 @@ pub struct VideoSpec {
     pub rate: Option<Rational>,
     /// Expected length in seconds, to know a run that was stopped early.
     pub duration: Option<Rational>,
-    /// Colour tags of a source that was video, to be kept; untold ones stay untold, and the size
-    /// decides what they mean ([`Coding::of`](crate::colour::Coding::of)). `None` for sources that were
-    /// RGB: tagged BT.709.
+    /// Colour tags of a video source, which are kept; without tags the size decides
+    /// ([`Coding::of`](crate::colour::Coding::of)). `None` for sources in RGB, which are tagged BT.709.
     pub colour: Option<Colorimetry>,
-    /// Sound to be put in.
+    /// The sound to add.
     pub sound: Option<Sound>,
 }
 

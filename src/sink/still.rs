@@ -1,4 +1,4 @@
-//! Pictures in files of their own: PNG, JPEG, WebP, BMP, TIFF; one, or a numbered series.
+//! Writes pictures: PNG, JPEG, WebP, BMP, TIFF; one, or a numbered series.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -16,7 +16,7 @@ use super::{Origin, Picture, Sink, SinkOptions};
 use crate::error::{Error, Result};
 use crate::frame::{Buffers, Frame, Rgba, over};
 
-/// Quality of JPEG if nobody asked for one: flat areas show no ringing at it.
+/// Default quality of JPEG: flat areas have no visible ringing.
 const QUALITY: u8 = 90;
 
 /// A format of stills.
@@ -30,7 +30,7 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// The format that a lower-case extension stands for.
+    /// The format of a lower-case extension.
     pub(crate) fn of_extension(extension: &str) -> Option<Self> {
         Some(match extension {
             "png" => Self::Png,
@@ -43,7 +43,7 @@ impl Format {
     }
 }
 
-/// Encodes frames; keeps its buffer from one to the next.
+/// Encodes frames; keeps its buffer.
 #[derive(Debug)]
 struct Encoder {
     format: Format,
@@ -97,7 +97,7 @@ impl Encoder {
         }
     }
 
-    /// The frame without alpha, on the background, into `rgb`.
+    /// Composes the frame over the background, into `rgb`.
     fn flatten(&mut self, frame: &Frame) {
         self.rgb.resize(3 * frame.pixels().len(), 0);
         let (rgb, _) = self.rgb.as_chunks_mut::<3>();
@@ -158,7 +158,7 @@ pub(crate) struct Numbered {
 }
 
 impl Numbered {
-    /// Pictures that go to the places of `series`.
+    /// Writes pictures to the files of `series`.
     ///
     /// # Errors
     /// When the options do not suit the format.

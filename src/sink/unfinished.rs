@@ -1,13 +1,22 @@
-//! Outputs that have been begun and not finished, so that a program that must end at once, without
-//! unwinding, can still remove them.
+//! The list of outputs that are being written, so that a program that must end at once, without unwinding, can
+//! remove them.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// What is unfinished, and how it is removed. A folder sorts before what it holds.
-static BEGUN: Mutex<BTreeMap<PathBuf, Kind>> = Mutex::new(BTreeMap::new());
+/// How often the removal of a folder is tried while another process still writes into it.
+const ATTEMPTS: usize = 5;
+
+/// The temporary files and folders of sinks that have not finished. Clones share one list. A program keeps one for
+/// its Ctrl-C handler and gives it to its sinks ([`SinkOptions::unfinished`](super::SinkOptions::unfinished)). A
+/// sink that is dropped removes its own files, so that other users need no list.
+#[derive(Clone, Debug, Default)]
+pub struct Unfinished(Arc<Mutex<Paths>>);
+
+/// Absolute paths, and how each is removed. A folder sorts before what it holds.
+type Paths = BTreeMap<PathBuf, Kind>;
 
 #[derive(Clone, Copy, Debug)]
 enum Kind {
@@ -17,60 +26,86 @@ enum Kind {
     Folder,
 }
 
-/// How often a folder is emptied again into which somebody still writes.
-const ATTEMPTS: usize = 5;
-
-/// A file or folder that stands beside its place. It is removed by whoever owns it; this only notes
-/// that it exists.
+/// An entry of the list: it is taken off when this is dropped. The owner of the file removes the file.
 #[derive(Debug)]
-pub(super) struct Unfinished(PathBuf);
+pub(super) struct Entry {
+    list: Unfinished,
+    path: PathBuf,
+}
 
 impl Unfinished {
-    /// Notes that the temporary file or folder `path` exists, until the note is dropped.
-    pub(super) fn temporary(path: &Path) -> Self {
-        Self::note(path, Kind::Temporary)
+    /// Enters the temporary file or folder `path`.
+    pub(super) fn add_temporary(&self, path: &Path) -> Entry {
+        self.add(path, Kind::Temporary)
     }
 
-    /// Notes that the folder `path` was made for an output, until the note is dropped.
-    pub(super) fn folder(path: &Path) -> Self {
-        Self::note(path, Kind::Folder)
+    /// Enters the folder `path`, which was made for an output.
+    pub(super) fn add_folder(&self, path: &Path) -> Entry {
+        self.add(path, Kind::Folder)
     }
 
-    fn note(path: &Path, kind: Kind) -> Self {
-        // Whoever looks at the list later may stand elsewhere.
+    fn add(&self, path: &Path, kind: Kind) -> Entry {
+        // The working directory may be another one when the list is read.
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        begun().insert(path.clone(), kind);
-        Self(path)
+        self.paths().insert(path.clone(), kind);
+        Entry { list: self.clone(), path }
     }
-}
 
-impl Drop for Unfinished {
-    fn drop(&mut self) {
-        begun().remove(&self.0);
-    }
-}
-
-/// Removes all unfinished outputs of this process. Only for a process that ends right after, and has ended the
-/// programs that write for it ([`Processes::end_all`](crate::ffmpeg::Processes::end_all)): no output can be begun any more.
-pub fn remove_unfinished() {
-    let begun = begun();
-    for (path, kind) in begun.iter().rev() {
-        for _ in 0..ATTEMPTS {
-            let removed = match kind {
-                Kind::Temporary if path.is_dir() => fs::remove_dir_all(path),
-                Kind::Temporary => fs::remove_file(path),
-                Kind::Folder => fs::remove_dir(path),
-            };
-            if removed.is_ok() || !path.exists() {
-                break;
+    /// Removes all files and folders in the list. Only for a process that exits right after, and has ended the
+    /// programs that write for it ([`Processes::end_all`](crate::ffmpeg::Processes::end_all)): the list stays
+    /// locked, so that sinks on other threads wait rather than report that their files are gone.
+    pub fn remove_all(&self) {
+        let paths = self.paths();
+        for (path, kind) in paths.iter().rev() {
+            for _ in 0..ATTEMPTS {
+                let removed = match kind {
+                    Kind::Temporary if path.is_dir() => fs::remove_dir_all(path),
+                    Kind::Temporary => fs::remove_file(path),
+                    Kind::Folder => fs::remove_dir(path),
+                };
+                if removed.is_ok() || !path.exists() {
+                    break;
+                }
             }
         }
+        std::mem::forget(paths);
     }
-    // Kept locked: nothing can be begun from here on.
-    std::mem::forget(begun);
+
+    fn paths(&self) -> MutexGuard<'_, Paths> {
+        // A panic elsewhere leaves the list in order.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
-fn begun() -> MutexGuard<'static, BTreeMap<PathBuf, Kind>> {
-    // A list of names is sound whoever panicked with it in his hands.
-    BEGUN.lock().unwrap_or_else(PoisonError::into_inner)
+impl Drop for Entry {
+    fn drop(&mut self) {
+        self.list.paths().remove(&self.path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_is_in_the_list_is_removed() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [done, begun, made, other] =
+            ["done", "made/begun", "made", "other"].map(|name| folder.path().join(name));
+        fs::create_dir(&made).expect("a folder");
+        for file in [&done, &begun, &other] {
+            fs::write(file, b"x").expect("a file");
+        }
+        let (list, another) = (Unfinished::default(), Unfinished::default());
+        drop(list.add_temporary(&done));
+        let entries = [list.add_folder(&made), list.add_temporary(&begun)];
+        let _other = another.add_temporary(&other);
+        list.remove_all();
+        assert_eq!(
+            [&done, &begun, &made, &other].map(|path| path.exists()),
+            [true, false, false, true]
+        );
+        // The list is locked for good.
+        std::mem::forget(entries);
+    }
 }

@@ -1,9 +1,9 @@
-//! YUV4MPEG2 for pipes; what reads it is described at the source, `source/y4m.rs`.
+//! Writes YUV4MPEG2 (y4m) for pipes. `source/y4m.rs` describes the format.
 //!
-//! Written are 4:2:0 with chroma sited as in MPEG-2 (mono and richer samplings on request), the
-//! range of the source if it was video, else limited, and the matrix that the size stands for.
-//! A stream has one rate for all frames, the nominal one: a frame that is shown for longer is
-//! repeated, so that all begin within half a frame of their times. No frame is left out.
+//! The output is 4:2:0 with chroma sited as in MPEG-2 (other samplings on request). Its range is that of a video
+//! source, else limited; the matrix follows from the size. A stream has one constant rate, the nominal one of the
+//! source: a frame that is shown for longer is repeated, so that all frames begin within half a frame of their times.
+//! No frame is dropped.
 
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Write};
@@ -18,12 +18,12 @@ use crate::sink::planes::fill_planes;
 use crate::sink::{Needs, Origin, Picture, Sink, SinkOptions};
 use crate::stream::StreamInfo;
 
-/// The rate for frames of varying length that come without one: that of the delays in a GIF.
+/// The rate for frames of varying length without a nominal rate: the resolution of GIF delays.
 const FINEST_RATE: Rational = Rational { num: 100, den: 1 };
-/// The rate of a still, as of a stream that tells none.
+/// The rate of a still: the default of y4m readers.
 const STILL_RATE: Rational = Rational { num: 25, den: 1 };
 
-/// A y4m stream being written. Transparent pixels lose their alpha.
+/// Writes a y4m stream. Alpha is ignored.
 pub struct Y4mSink<W> {
     output: W,
     path: PathBuf,
@@ -32,14 +32,14 @@ pub struct Y4mSink<W> {
     header: Option<String>,
     planes: Vec<u8>,
     rate: Rational,
-    /// The number of the next frame, counted from time 0, once there was one.
+    /// The index of the next frame, counted from time 0; `None` before the first.
     next: Option<i64>,
-    /// When the last frame ends.
+    /// End of the last frame in seconds.
     end: Rational,
 }
 
 impl Y4mSink<io::Stdout> {
-    /// A stream on standard output, made from `info`.
+    /// A stream on standard output, for the input `info`.
     ///
     /// # Errors
     /// [`Error::Usage`] when that is a terminal.
@@ -61,7 +61,7 @@ pub(crate) struct Y4mFile {
 }
 
 impl Y4mFile {
-    /// A file at `path`, made from the stream `info`.
+    /// A file at `path`, for the input `info`.
     ///
     /// # Errors
     /// As [`Place::reserve`].
@@ -89,11 +89,10 @@ impl Sink for Y4mFile {
 }
 
 impl<W: Write + Send> Y4mSink<W> {
-    /// A stream of pictures of `size` made from the stream `info`. `path` is its name in messages
-    /// (`-` for standard output).
+    /// A stream of pictures of `size`, for the input `info`. `path` is its name in messages (`-` for standard output).
     ///
     /// # Errors
-    /// [`Error::Usage`] when there can be no frame of that size.
+    /// [`Error::Core`] when a side is 0 or too large.
     pub fn new(
         output: W,
         path: &Path,
@@ -131,7 +130,7 @@ impl<W: Write + Send> Y4mSink<W> {
         })
     }
 
-    /// Shows the frame before until `time`.
+    /// Repeats the last frame until `time`, in seconds.
     fn hold(&mut self, time: Rational) -> io::Result<()> {
         let ticks = time * self.rate;
         let tick = (2 * ticks.num + ticks.den).div_euclid(2 * ticks.den);
@@ -141,21 +140,22 @@ impl<W: Write + Send> Y4mSink<W> {
         (0..missing).try_for_each(|_| self.put())
     }
 
-    /// A reader that has gone is the end, not a failure.
-    fn told(&self, result: io::Result<()>) -> Result<()> {
+    /// Adds the output's name to an error. A closed pipe is [`Error::Closed`]: an end, not a failure.
+    fn named(&self, result: io::Result<()>) -> Result<()> {
         result.map_err(|error| match error.kind() {
             io::ErrorKind::BrokenPipe => Error::Closed,
             _ => Error::output(&self.path, error.to_string()).caused_by(error),
         })
     }
 
+    /// Writes the current planes as a frame, after the header if it is the first.
     fn put(&mut self) -> io::Result<()> {
         if let Some(header) = self.header.take() {
             self.output.write_all(header.as_bytes())?;
         }
         self.output.write_all(b"FRAME\n")?;
         self.output.write_all(&self.planes)?;
-        // A reader may wait for this frame.
+        // Readers of a pipe get each frame at once.
         self.output.flush()
     }
 }
@@ -174,13 +174,13 @@ impl<W: Write + Send> Sink for Y4mSink<W> {
             return Err(Error::output(&self.path, what));
         }
         let held = self.hold(picture.span.start);
-        self.told(held)?;
+        self.named(held)?;
         let buffers = fill_planes(&mut self.planes, picture.frame, &self.form, None);
         let result = self.put();
         self.next = self.next.map(|next| next + 1);
         let length = picture.span.length.or(self.rate.recip()).unwrap_or(Rational::ZERO);
         self.end = picture.span.start + length;
-        self.told(result)?;
+        self.named(result)?;
         Ok(buffers)
     }
 
@@ -190,7 +190,7 @@ impl<W: Write + Send> Sink for Y4mSink<W> {
             None => self.hold(self.end),
         };
         let result = result.and_then(|()| self.output.flush());
-        self.told(result)
+        self.named(result)
     }
 }
 
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn long_frames_are_repeated_and_none_is_left_out() {
+    fn long_frames_are_repeated_and_none_is_dropped() {
         let size = Size::new(2, 2);
         let mut bytes = Vec::new();
         let at10 = StreamInfo { rate: Some(Rational::new(10, 1)), ..info(None) };
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_pipe_is_told_as_closed() {
+    fn a_closed_pipe_is_reported_as_closed() {
         let size = Size::new(2, 2);
         let mut sink = Y4mSink::new(Gone, Path::new("-"), &info(None), size, Sampling::Yuv420)
             .expect("a size");

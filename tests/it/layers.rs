@@ -74,6 +74,7 @@ fn layers(front: &str) -> Vec<String> {
 
 /// The module that a line of a front page declares.
 fn declared_module(line: &str) -> Option<&str> {
+    let line = line.trim();
     line.strip_prefix("pub ").unwrap_or(line).strip_prefix("mod ")?.strip_suffix(';')
 }
 

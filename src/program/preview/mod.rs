@@ -67,6 +67,7 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
     let recording = SinkOptions {
         inputs: input.paths().to_vec(),
         video: args.input.video_options(processes.clone()),
+        unfinished: interrupt.unfinished(),
         ..SinkOptions::default()
     };
     let desk = Desk {

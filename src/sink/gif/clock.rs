@@ -1,12 +1,12 @@
-//! Times of frames in whole hundredths of a second.
+//! Rounds the times of frames to hundredths of a second.
 
 use crate::frame::Rational;
 use crate::stream::{Span, StreamInfo};
 
-/// The shortest delay that browsers keep; they show shorter ones for ten hundredths.
+/// The shortest delay that browsers use; they replace shorter ones by ten hundredths.
 const SHORTEST: i64 = 2;
 
-/// What the user should know of a stream with more frames a second than a GIF can show.
+/// The warning for a stream with more frames a second than a GIF can have.
 pub(super) fn too_fast(info: &StreamInfo) -> Option<String> {
     let mean = || Some(Rational::new(info.frames?.try_into().ok()?, 1) * info.duration?.recip()?);
     let rate = info.rate.or_else(mean)?;
@@ -21,25 +21,25 @@ pub(super) fn too_fast(info: &StreamInfo) -> Option<String> {
     })
 }
 
-/// Turns lengths into whole hundredths of a second, carrying what is lost to the next frame.
+/// Rounds durations to hundredths, and carries the difference over to the next frame.
 #[derive(Debug)]
 pub(super) struct Clock {
-    /// Whether whole hundredths stay what they are, 0 and 1 included: of a GIF, they were somebody's choice.
+    /// Whether whole hundredths are not changed, 0 and 1 included: those of a GIF were chosen by its author.
     exact: bool,
-    /// Where the next frame should start and where it does, in hundredths.
+    /// The exact and the rounded start of the next frame, in hundredths.
     due: Rational,
     written: i64,
     last: Rational,
 }
 
 impl Clock {
-    /// A clock of a stream that came from a GIF or not.
+    /// A clock for a stream that was a GIF or not.
     pub(super) fn new(exact: bool) -> Self {
-        // A tenth is what browsers make of a frame without a length.
+        // Browsers use a tenth of a second for frames without a duration.
         Self { exact, due: Rational::ZERO, written: 0, last: Rational::new(10, 1) }
     }
 
-    /// Whether the frame of span `next` must be left out, because the one before it would be shown for less than
+    /// Whether the frame of span `next` must be dropped, because the one before it would be shown for less than
     /// [`SHORTEST`]; then that is shown for as long as both.
     pub(super) fn merge(&self, waiting: &mut Span, next: Span) -> bool {
         let length = waiting.length.unwrap_or(next.start - waiting.start) * Rational::new(100, 1);
@@ -52,7 +52,7 @@ impl Clock {
         true
     }
 
-    /// The delay of a frame, which is followed by that of span `next`.
+    /// The delay of a frame before that of span `next`.
     pub(super) fn delay(&mut self, span: Span, next: Option<Span>) -> u16 {
         let length = span.length.or_else(|| next.map(|n| n.start - span.start));
         let length = length.map_or(self.last, |l| (l * Rational::new(100, 1)).max(Rational::ZERO));

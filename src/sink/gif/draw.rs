@@ -1,11 +1,10 @@
-//! A picture's row in the colours of a palette, against what the viewer sees already.
+//! Draws a row of a picture in the colours of a palette, compared with what the viewer shows already.
 
 use super::THRESHOLD;
 use crate::frame::Rgba;
 use crate::sink::palette::{Lookup, Palette, distance, rgb};
 
-/// Draws a row: the canvas gets what the viewer will see, `indices` what is written. Returns the
-/// range of changed pixels.
+/// Draws a row: updates the canvas and writes the `indices` for the file. Returns the range of changed pixels.
 pub(super) fn draw_row(
     pixels: &[Rgba],
     canvas: &mut [Rgba],
@@ -19,7 +18,7 @@ pub(super) fn draw_row(
     for run in pixels.chunk_by(|a, b| a == b) {
         let places = x..x + run.len();
         x = places.end;
-        // Where it must vanish, it has been cleared.
+        // Pixels that become transparent were cleared already.
         if run[0][3] < THRESHOLD {
             continue;
         }
@@ -33,8 +32,7 @@ pub(super) fn draw_row(
             start = here.end;
             let before = seen[0];
             if before == best_colour {
-                // Where the colour has just been written, to go on with it packs better than to
-                // change to the transparent one.
+                // Repeating the last colour compresses better than a change to the transparent index.
                 if here.start > 0 && indices[here.start - 1] == best.index {
                     indices[here].fill(best.index);
                 }
