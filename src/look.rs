@@ -1,9 +1,9 @@
-//! How a mesh whose colours are known is painted, as text in a mesh stream.
+//! Edges, lines and grading as text in the header of a mesh stream.
 
 use crate::mesh_stream::Header;
 use crate::options::{Colour, Edges, Options};
 
-/// Adds what `options` say of painting to `header`.
+/// Writes the options for painting to `header`.
 pub(crate) fn put(options: &Options, header: &mut Header) {
     header.put("edges", options.edges.name());
     if let Some(outline) = options.outline {
@@ -15,8 +15,7 @@ pub(crate) fn put(options: &Options, header: &mut Header) {
     header.put("wash", options.wash);
 }
 
-/// The options that `header` tells, as far as painting goes; all others are the defaults. Values that cannot be
-/// understood are left out.
+/// Reads the options for painting from `header`; all others are the defaults. Invalid values are ignored.
 pub(crate) fn of(header: &Header) -> Options {
     let mut options = Options::default();
     if let Some(name) = header.get("edges") {

@@ -1,4 +1,4 @@
-//! File names with a number in them, as `printf` writes it: `frame_%04d.png`.
+//! File names with a number, in the format of `printf`: `frame_%04d.png`.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -53,7 +53,7 @@ impl Pattern {
         PathBuf::from(os_string([before, number.as_bytes(), after].concat()))
     }
 
-    /// The number in `name`, if this pattern writes it so.
+    /// The number in `name`, if `name` is in the format of this pattern.
     pub fn number(&self, name: &Path) -> Option<u64> {
         let bytes = name.as_os_str().as_encoded_bytes();
         let inner = bytes.strip_prefix(&self.before[..])?.strip_suffix(&self.after[..])?;
@@ -62,19 +62,19 @@ impl Pattern {
     }
 }
 
-/// What stands after a percent sign: the number's width, whether zeros fill it, and what comes behind.
+/// The part after a percent sign: the width of the number, whether it is padded with zeros, and the text behind it.
 fn conversion(text: &[u8]) -> Option<(usize, bool, &[u8])> {
     let digits = text.iter().take_while(|b| b.is_ascii_digit()).count();
     let (width, after) = text.split_at(digits);
     let zeros = width.starts_with(b"0");
     let width = if digits == 0 { 0 } else { std::str::from_utf8(width).ok()?.parse().ok()? };
     let after = after.strip_prefix(b"d")?;
-    // `100%done.png` means a word. A number wider than a file name can hold means something else, too.
+    // `100%done.png` is a name. A number wider than a file name is not a number.
     let word = digits == 0 && after.first().is_some_and(u8::is_ascii_alphabetic);
     (!word && width <= 64).then_some((width, zeros, after))
 }
 
-/// Bytes of a name, which were cut at ASCII characters, as a name again.
+/// A part of a name, from its bytes, which were split at ASCII characters.
 #[cfg(unix)]
 fn os_string(bytes: Vec<u8>) -> OsString {
     std::os::unix::ffi::OsStringExt::from_vec(bytes)

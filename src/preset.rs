@@ -5,7 +5,7 @@ use toml::Table;
 use crate::error::{Error, Result};
 use crate::options::Options;
 
-/// The options as a preset file: what differs from the defaults, under a comment.
+/// The options as a preset file: those that differ from the defaults, below a comment.
 ///
 /// # Errors
 /// When the seed is above 2^63 - 1, the largest number that TOML has.
@@ -26,7 +26,7 @@ pub fn to_toml(options: &Options) -> Result<String> {
 /// The options in a preset file; the defaults where it does not name them.
 ///
 /// # Errors
-/// When it is no TOML, or holds a key or a value that there is not: names line and key.
+/// When it is not valid TOML, or has an unknown key or value: the error names line and key.
 pub fn from_toml(text: &str) -> Result<Options> {
     let options: Options = toml::from_str(text).map_err(|error| {
         let line = error.span().map(|span| line_of(text, span.start));
@@ -47,7 +47,7 @@ fn line_of(text: &str, at: usize) -> usize {
     text.bytes().take(at).filter(|&byte| byte == b'\n').count()
 }
 
-/// The key that a line of TOML gives a value to.
+/// The key that a line of TOML sets.
 fn key_of(line: &str) -> Option<&str> {
     let key = line.split_once('=')?.0.trim();
     Some(key).filter(|key| !key.is_empty() && !key.starts_with('#'))
@@ -57,7 +57,7 @@ fn at_line(text: &str, line: Option<usize>, what: &str) -> String {
     let what = what.lines().map(str::trim).collect::<Vec<_>>().join(" ");
     let Some(line) = line else { return what };
     let key = text.lines().nth(line).and_then(key_of).filter(|key| {
-        // Where it is told already there is no need to.
+        // If the message already has the line, it is not added.
         !what.starts_with(*key) && !what.contains(&format!("`{key}`"))
     });
     let key = key.map_or_else(String::new, |key| format!(", {key}"));

@@ -1,12 +1,12 @@
-//! Words for ffmpeg's command line: the names of inputs and outputs.
+//! Builds command lines of ffmpeg: names of inputs and outputs, times.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
 use crate::frame::Rational;
 
-/// A local file or a URL as ffmpeg is to be given it: files with their protocol, so that neither a
-/// leading dash nor a colon in a name means anything.
+/// A local file or a URL for ffmpeg: files get their protocol, so that a leading dash or a colon in a name has no
+/// meaning.
 pub(crate) fn address(path: &Path) -> OsString {
     if is_url(path) || path.starts_with("/dev") {
         return path.into();
@@ -35,15 +35,14 @@ pub(crate) fn arguments<const N: usize>(parts: [&dyn AsRef<OsStr>; N]) -> Vec<Os
     parts.iter().map(|part| OsStr::to_os_string((*part).as_ref())).collect()
 }
 
-/// ffmpeg's own way to write a time: whole microseconds.
+/// A time in ffmpeg's unit: whole microseconds.
 pub(crate) fn seconds(time: Rational) -> String {
     let (num, den) = (i128::from(time.num), i128::from(time.den));
     format!("{}us", (2_000_000 * num + den).div_euclid(2 * den))
 }
 
-/// Options that move an input's times, from 0 at its first stream, by `offset` seconds. Never by 0: of an offset
-/// that is not ours ffmpeg takes the liberty to change it, where (MPEG-TS) streams that we do not want begin before
-/// those that we do.
+/// Options that move an input's times, from 0 at its first stream, by `offset` seconds, never by 0: ffmpeg changes an
+/// offset of 0 where (in MPEG-TS) unused streams begin before the used ones.
 pub(crate) fn moved(offset: Rational) -> Vec<OsString> {
     let offset = seconds(offset);
     arguments([&"-itsoffset", &if offset == "0us" { "1us" } else { offset.as_str() }])

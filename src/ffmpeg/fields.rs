@@ -1,10 +1,10 @@
-//! ffprobe's words, and what they mean.
+//! Parses the fields of ffprobe.
 
 use serde_json::Value;
 
 use crate::frame::Rational;
 
-/// A field that is told and means something.
+/// A field, unless it means "unknown".
 pub(super) fn text<'a>(value: &'a Value, key: &str) -> Option<&'a str> {
     value[key].as_str().filter(|text| !matches!(*text, "unknown" | "reserved" | "N/A" | ""))
 }

@@ -1,4 +1,4 @@
-//! What ffmpeg's names of formats mean for us.
+//! The properties of ffmpeg's formats, by name.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -39,12 +39,12 @@ const WHOLE_FILES: &str = "\
 /// Extensions of lists that name other files.
 const LISTS: [&str; 6] = ["m3u8", "m3u", "mpd", "ffconcat", "sdp", "idx"];
 
-/// Formats whose clock may start again or leap in the middle: streams that are cut and joined anywhere.
-/// ffmpeg mends the times of these, in all streams alike, if it is not asked to keep them (`-copyts`).
+/// Formats with timestamps that may restart or jump: streams that are cut and joined anywhere. ffmpeg repairs them,
+/// in all streams alike, unless it is told to keep them (`-copyts`).
 const RESTARTING: [&str; 8] =
     ["mpegts", "mpegtsraw", "mpeg", "flv", "live_flv", "ogg", "hls", "applehttp"];
 
-/// Options that say what kind of input `path` is, and limit what it may be.
+/// Options that state the format of the input `path`, and limit it.
 pub(crate) fn input_format(path: &Path) -> Vec<OsString> {
     if is_camera(path) {
         return arguments([&"-f", &"v4l2"]);
@@ -57,13 +57,13 @@ pub(crate) fn input_format(path: &Path) -> Vec<OsString> {
     arguments([&"-format_whitelist", &WHOLE_FILES])
 }
 
-/// Whether the clock of a `container`, in ffprobe's words, may start again.
+/// Whether the timestamps of a `container`, by ffprobe's name, may restart.
 pub(crate) fn restarts(container: &str) -> bool {
     container.split(',').any(|name| RESTARTING.contains(&name))
 }
 
-/// Options for an input in a `container` whose clock may start again: the reader that mends it. That of FLV
-/// files does not, the one for live FLV does.
+/// Options for an input in a `container` with timestamps that may restart: a demuxer that repairs them. The one for
+/// FLV files does not, the one for live FLV does.
 pub(crate) fn mending(container: &str) -> Vec<OsString> {
     if container == "flv" { arguments([&"-f", &"live_flv"]) } else { Vec::new() }
 }

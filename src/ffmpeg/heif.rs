@@ -1,10 +1,10 @@
-//! What the boxes of a HEIF picture (AVIF, HEIC) say that older ffmpegs pass over: ISO/IEC 23008-12.
+//! Reads the boxes of a HEIF picture (AVIF, HEIC) that older ffmpegs ignore: ISO/IEC 23008-12.
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// Bytes from the start of a file in which its boxes are looked for.
+/// Bytes at the start of a file that are searched for boxes.
 const HEAD: u64 = 1 << 20;
 
 /// How the primary picture is to be shown.
@@ -14,20 +14,20 @@ pub(crate) struct Heif {
     pub(crate) turns: u8,
     /// Mirrored afterwards: top and bottom (`Some(0)`), or left and right (`Some(1)`).
     pub(crate) mirror: Option<u8>,
-    /// Whether another picture in the file is its transparency.
+    /// Whether another picture in the file is its alpha.
     pub(crate) alpha: bool,
-    /// Whether it is put together from tiles.
+    /// Whether it is a grid of tiles.
     pub(crate) grid: bool,
 }
 
-/// What the file `path` says, if it is such a picture.
+/// Reads the file `path`; `None` if it is not such a picture.
 pub(crate) fn read(path: &Path) -> Option<Heif> {
     let mut head = Vec::new();
     File::open(path).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
     parse(&head)
 }
 
-/// Bytes that are read from front to back.
+/// A reader of bytes.
 #[derive(Clone, Copy)]
 struct Bytes<'a>(&'a [u8]);
 
@@ -38,12 +38,12 @@ impl<'a> Bytes<'a> {
         Some(front)
     }
 
-    /// A whole number of `count` bytes, the highest first.
+    /// A big-endian number of `count` bytes.
     fn number(&mut self, count: usize) -> Option<usize> {
         Some(self.take(count)?.iter().fold(0, |value, &byte| value << 8 | usize::from(byte)))
     }
 
-    /// The next box: its name and contents. One that is cut short ends with the bytes.
+    /// The next box: its name and contents, which may be truncated.
     fn next(&mut self) -> Option<([u8; 4], Bytes<'a>)> {
         let (mut size, mut head) = (self.number(4)?, 8);
         let name = self.take(4)?.try_into().ok()?;
@@ -92,7 +92,7 @@ fn parse(head: &[u8]) -> Option<Heif> {
     Some(heif)
 }
 
-/// The kind of the picture number `wanted`.
+/// The type of picture number `wanted`.
 fn kind_of(meta: Bytes, wanted: usize) -> Option<[u8; 4]> {
     let mut list = meta.find(b"iinf")?;
     let (version, _) = list.version()?;
@@ -111,14 +111,14 @@ fn kind_of(meta: Bytes, wanted: usize) -> Option<[u8; 4]> {
     None
 }
 
-/// Which picture has which properties, counted from 1.
+/// The properties of each picture, counted from 1.
 fn associations(mut list: Bytes) -> Option<Vec<(usize, usize)>> {
     let (version, flags) = list.version()?;
     let mut found = Vec::new();
     for _ in 0..list.number(4)? {
         let item = list.number(if version == 0 { 2 } else { 4 })?;
         for _ in 0..list.number(1)? {
-            // The highest bit says that a reader must know the property.
+            // The highest bit marks properties that a reader must support.
             let (bytes, mask) = if flags & 1 == 1 { (2, 0x7FFF) } else { (1, 0x7F) };
             found.push((item, list.number(bytes)? & mask));
         }

@@ -1,5 +1,5 @@
-//! The ffmpeg and ffprobe of the machine: how they are found, asked, started, watched and ended, and the
-//! streams that go to them and come from them.
+//! ffmpeg and ffprobe as child processes: finding, starting, watching and ending them, and the streams to and from
+//! them.
 
 #[cfg(feature = "ffmpeg")]
 pub(crate) mod child;
@@ -21,6 +21,10 @@ mod pixels;
 pub(crate) mod probe;
 mod processes;
 mod programs;
+#[cfg(feature = "ffmpeg")]
+mod shape;
+#[cfg(feature = "ffmpeg")]
+mod times;
 #[cfg(feature = "ffmpeg")]
 pub(crate) mod tracks;
 #[cfg(feature = "ffmpeg")]

@@ -1,4 +1,4 @@
-//! Pipes to and from a child process, watched for standing still.
+//! Pipes to and from a child process, watched for stalls.
 
 use std::io::{self, Read, Write};
 use std::sync::Arc;
@@ -12,8 +12,8 @@ pub(crate) struct Pipe<P> {
     watch: Arc<Watch>,
 }
 
-/// Bytes that a pipe is asked to hold: as many as Linux gives everybody
-/// (`/proc/sys/fs/pipe-max-size`) where it has 64 KiB at first, so that a frame passes in few turns.
+/// Requested capacity of a pipe in bytes: the limit for all users of Linux (`/proc/sys/fs/pipe-max-size`), instead of
+/// the default of 64 KiB, so that a frame passes in few reads.
 #[cfg(target_os = "linux")]
 const ROOM: usize = 1 << 20;
 
@@ -21,7 +21,7 @@ const ROOM: usize = 1 << 20;
 impl<P: std::os::fd::AsFd> Pipe<P> {
     /// The pipe to or from the child that `watch` watches.
     pub(super) fn new(pipe: P, watch: Arc<Watch>) -> Self {
-        // Refused when the user holds too many: then it stays as it is.
+        // Refused if the user has too many pipes: then the capacity stays.
         let _ = rustix::pipe::fcntl_setpipe_size(&pipe, ROOM);
         Self { pipe, watch }
     }

@@ -1,11 +1,11 @@
-//! The pixel formats in which frames come through the pipe.
+//! Chooses the pixel format of the pipe from ffmpeg.
 
 use serde_json::Value;
 
 use super::tracks::tag;
 use crate::colour::Sampling;
 
-/// ffmpeg's own VP8 and VP9 decoders leave alpha out; the library's have it.
+/// ffmpeg's own decoders of VP8 and VP9 ignore alpha; libvpx does not.
 pub(crate) fn alpha_decoder(stream: &Value, codec: &str) -> Option<&'static str> {
     match (tag(stream, "alpha_mode")?, codec) {
         ("1", "vp8") => Some("libvpx"),
@@ -14,8 +14,8 @@ pub(crate) fn alpha_decoder(stream: &Value, codec: &str) -> Option<&'static str>
     }
 }
 
-/// The format to ask for when the stream has `pix_fmt`: the same where it has planes of 8 bits, else
-/// what loses least; its sampling (`None` for RGB); and whether it has alpha.
+/// The format for a stream with `pix_fmt`: the same if it has planes of 8 bits, else the one with the least loss; its
+/// sampling (`None` for RGB); and whether it has alpha.
 pub(crate) fn pipe_format(
     pix_fmt: &str,
     with_alpha: bool,
@@ -36,7 +36,7 @@ pub(crate) fn pipe_format(
     } else {
         return ("rgba", None, alpha);
     };
-    // The `j` formats are full range: asking for the others would make ffmpeg convert it.
+    // The `j` formats have full range: with the other ones ffmpeg would convert it.
     let full = pix_fmt.starts_with("yuvj");
     let format = match (sampling, alpha, full) {
         (Yuv420, true, _) => "yuva420p",

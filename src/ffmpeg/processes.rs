@@ -1,4 +1,4 @@
-//! The list of running child processes, kept by whoever starts them, so that they can be ended together.
+//! The list of running child processes, owned by the caller, by which they can be ended together.
 
 use std::collections::BTreeMap;
 #[cfg(feature = "ffmpeg")]
@@ -8,24 +8,24 @@ use std::process::Command;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The child processes that were started with this list or a clone of it. A program keeps one for its
-/// Ctrl-C handler; a library user who never ends a run from outside need not care.
+/// The child processes that were started with this list or a clone of it. A program keeps one for its Ctrl-C handler;
+/// other users can ignore it.
 #[derive(Clone, Debug, Default)]
 pub struct Processes(Arc<Shared>);
 
 #[derive(Debug, Default)]
 struct Shared {
     list: Mutex<List>,
-    /// Nobody wants more frames. Not in the list: whoever watches a child asks while holding a lock that is taken
-    /// under the list's when the child is reaped.
+    /// No more frames are needed. It is not part of the list: the watcher of a child reads it while it holds a lock
+    /// that is taken inside the list's lock when the child is reaped.
     stopping: AtomicBool,
 }
 
 #[derive(Debug, Default)]
 struct List {
-    /// Process groups, and whether each is one that we read from.
+    /// Process groups, and whether frames are read from each.
     running: BTreeMap<u32, bool>,
-    /// No child may be started any more.
+    /// Whether no child may be started any more.
     closed: bool,
 }
 
@@ -37,20 +37,20 @@ impl PartialEq for Processes {
 }
 
 impl Processes {
-    /// While this is held no child is started and none is reaped, so that all numbers in the list are theirs.
+    /// While the lock is held no child is started or reaped, so that all numbers in the list are valid.
     fn list(&self) -> MutexGuard<'_, List> {
         self.0.list.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Ends the processes that frames are read from. For after a stop was requested, when nobody wants
-    /// another frame: without it a camera, a network or a broken decoder could keep the run waiting.
+    /// Kills the processes that frames are read from, after a request to stop. Otherwise a camera, a network or a
+    /// broken decoder could block the run.
     pub fn end_readers(&self) {
         let list = self.list();
         self.0.stopping.store(true, Ordering::SeqCst);
         list.running.iter().filter(|(_, reader)| **reader).for_each(|(&group, _)| kill(group));
     }
 
-    /// Ends all processes, and lets none be started any more.
+    /// Kills all processes, and prevents new ones.
     pub fn end_all(&self) {
         let mut list = self.list();
         list.closed = true;
@@ -69,7 +69,7 @@ impl Processes {
     /// Starts `command` and enters it in the list.
     ///
     /// # Errors
-    /// When it cannot be started, or none may be started any more.
+    /// When it cannot be started, or after [`Processes::end_all`].
     pub(crate) fn start(&self, command: &mut Command) -> io::Result<std::process::Child> {
         let mut list = self.list();
         if list.closed {
@@ -85,7 +85,7 @@ impl Processes {
         self.list().running.entry(pid).and_modify(|reader| *reader = true);
     }
 
-    /// Does `reap` while nobody can be ended; if it says that the child `pid` is gone, takes it off the list.
+    /// Runs `reap` while no process can be killed; if it returns true, removes the child `pid` from the list.
     pub(crate) fn reap<T>(&self, pid: u32, reap: impl FnOnce() -> (bool, T)) -> T {
         let mut list = self.list();
         let (gone, value) = reap();
@@ -96,7 +96,7 @@ impl Processes {
     }
 }
 
-/// Ends the process group `group`, which must not have been reaped.
+/// Kills the process group `group`, which must not have been reaped.
 #[cfg(unix)]
 pub(crate) fn kill(group: u32) {
     use rustix::process::{Pid, Signal, kill_process_group};
@@ -106,10 +106,10 @@ pub(crate) fn kill(group: u32) {
     }
 }
 
-/// Ends the process `pid` and those that it started.
+/// Kills the process `pid` and its children.
 #[cfg(windows)]
 pub(crate) fn kill(pid: u32) {
-    // Windows knows no process groups; its own tool ends the whole tree.
+    // Windows has no process groups; its own tool kills the process tree.
     let mut command = Command::new("taskkill");
     command.args(["/F", "/T", "/PID", &pid.to_string()]);
     command.stdin(std::process::Stdio::null()).stdout(std::process::Stdio::null());
@@ -124,7 +124,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_watcher_does_not_wait_for_who_reaps() {
+    fn a_watcher_does_not_wait_for_the_reaper() {
         let processes = Processes::default();
         let (done, ended) = std::sync::mpsc::channel();
         let asking = processes.clone();

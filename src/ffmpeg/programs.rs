@@ -1,10 +1,10 @@
-//! Which ffmpeg and ffprobe are run.
+//! The ffmpeg and ffprobe programs.
 
 use std::path::PathBuf;
 
 use super::Processes;
 
-/// The ffmpeg to run, with the list that its processes are entered in.
+/// The ffmpeg to run, with the list of its processes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ffmpeg {
     /// The program. Default `None`: the `ffmpeg` on the search path.

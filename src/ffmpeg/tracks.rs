@@ -1,4 +1,4 @@
-//! Which streams of a file are used, and what goes along with its picture.
+//! Selects the streams of a file, and its metadata.
 
 use serde_json::Value;
 
@@ -13,7 +13,7 @@ pub(crate) type Metadata = Vec<(String, String)>;
 pub(crate) struct MediaTrack {
     /// Its number in the container.
     pub(crate) index: u64,
-    /// Its codec in ffmpeg's words.
+    /// Its codec, by ffmpeg's name.
     pub(crate) codec: String,
     /// Its language and title.
     pub(crate) metadata: Metadata,
@@ -27,7 +27,7 @@ pub(crate) struct Chapter {
     pub(crate) title: String,
 }
 
-/// What a file has besides its picture.
+/// The contents of a file besides the picture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Extras {
     /// Sound that ffmpeg can decode.
@@ -40,7 +40,7 @@ pub(crate) struct Extras {
     pub(crate) metadata: Metadata,
 }
 
-/// What is kept of the metadata of a file; the rest is of its container and its encoder.
+/// The metadata keys that are kept; others belong to the container or the encoder.
 const KEPT: [&str; 14] = [
     "title",
     "artist",
@@ -61,7 +61,7 @@ const KEPT: [&str; 14] = [
 /// Codecs of single pictures, which are covers where there is another video.
 const PICTURES: [&str; 8] = ["png", "mjpeg", "bmp", "tiff", "webp", "gif", "jpegls", "jpegxl"];
 
-/// What a stream that is marked as the default is larger by, in pixels, as in ffmpeg.
+/// The bonus of a default stream in the comparison of sizes, in pixels, as in ffmpeg.
 const DEFAULT_BONUS: u64 = 5_000_000;
 
 /// Streams of `kind`.
@@ -70,12 +70,12 @@ pub(crate) fn streams<'a>(answer: &'a Value, kind: &'a str) -> impl Iterator<Ite
     all.iter().filter(move |stream| text(stream, "codec_type") == Some(kind))
 }
 
-/// The codec of a stream in ffmpeg's words.
+/// The codec of a stream, by ffmpeg's name.
 pub(crate) fn codec(stream: &Value) -> &str {
     text(stream, "codec_name").unwrap_or("unknown")
 }
 
-/// A tag of a stream, whose key may be written in any case: Matroska's are capitals.
+/// A tag of a stream. The case of keys is ignored: Matroska has capitals.
 pub(crate) fn tag<'a>(value: &'a Value, key: &str) -> Option<&'a str> {
     let tags = value["tags"].as_object()?;
     tags.iter().find(|(own, _)| own.eq_ignore_ascii_case(key))?.1.as_str()
@@ -108,7 +108,7 @@ pub(crate) fn picture(answer: &Value) -> Option<&Value> {
     best
 }
 
-/// The other stream that is the transparency of `picture`, where a HEIF file has one: gray, as large, right after.
+/// The stream with the alpha of `picture` in a HEIF file: gray, of the same size, right after it.
 pub(crate) fn alpha_stream(answer: &Value, picture: &Value) -> Option<u64> {
     let index = picture["index"].as_u64()?;
     let next =
@@ -118,7 +118,7 @@ pub(crate) fn alpha_stream(answer: &Value, picture: &Value) -> Option<u64> {
     (gray && same("width") && same("height")).then_some(index + 1)
 }
 
-/// What the file has besides its picture, its times counted from `zero`.
+/// The contents of the file besides its picture, with times counted from `zero`.
 pub(crate) fn extras(answer: &Value, zero: Rational) -> Extras {
     let track = |stream: &Value| MediaTrack {
         index: stream["index"].as_u64().unwrap_or(0),

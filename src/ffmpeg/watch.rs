@@ -1,8 +1,8 @@
-//! Watches a child process while somebody waits for it, and ends it if it hangs.
+//! Watches a child process while a thread waits for it, and kills it if it hangs.
 //!
-//! A child that moves no bytes and uses no processor time for [`PATIENCE`] is hung. So is one that moves no
-//! bytes but keeps writing messages, and, after a much longer time, one that only uses the processor: an
-//! encoder may think for minutes, but not for ever. It is killed, which wakes whoever waits.
+//! A child that transfers no bytes and uses no processor time for [`PATIENCE`] hangs. So does one that transfers no
+//! bytes but keeps writing messages, and, after a much longer time, one that only uses the processor: an encoder may
+//! compute for minutes, but not for ever. Killing it wakes the waiting thread.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -10,33 +10,33 @@ use std::time::Duration;
 
 use super::processes::{Processes, kill};
 
-/// How often a child is looked at.
+/// Interval between checks of a child.
 pub(crate) const TICK: Duration = Duration::from_millis(250);
-/// Ticks without any sign of life before a child counts as hung: 4 s. Ticks, not a clock: while we
-/// are suspended ourselves nothing is counted.
+/// Ticks without any activity after which a child hangs: 4 s. Ticks are counted, not a clock, so that nothing is
+/// counted while this process is suspended.
 const PATIENCE: u32 = 16;
-/// The same where processor times cannot be read, and for those who wait for somebody else, a network
-/// or a camera: a minute. Also the ticks with messages and without a byte: nobody has that much to say.
+/// The same if processor times cannot be read, and for children that wait for a network or a camera: a minute. Also
+/// the limit for ticks with messages but without a byte.
 pub(crate) const LONG_PATIENCE: u32 = 240;
-/// Ticks without a byte, whatever the processor time, from a child that we read from: 2 minutes.
+/// Ticks without a byte, whatever the processor time, for a child that we read from: 2 minutes.
 pub(crate) const READER_LIMIT: u32 = 480;
-/// The same from a child that we write to, which may have many frames in its look-ahead: 30 minutes.
+/// The same for a child that we write to, which may have many frames in its look-ahead: 30 minutes.
 const WRITER_LIMIT: u32 = 7200;
 
-/// What the watching thread shares with those who wait.
+/// The state that the watching thread shares with the waiting ones.
 pub(crate) struct Watch {
     pub(crate) pid: u32,
-    /// Somebody waits for the child.
+    /// A thread waits for the child.
     pub(crate) waiting: AtomicBool,
-    /// Bytes that went through its pipes.
+    /// Bytes transferred through its pipes.
     pub(crate) moved: AtomicU64,
     /// Bytes of its messages.
     pub(crate) said: AtomicU64,
-    /// For how many seconds it had done nothing when it was ended as hung; 0 if it was not.
+    /// The seconds without activity when it was killed because it hung; otherwise 0.
     pub(crate) hung: AtomicU32,
-    /// Ticks of patience.
+    /// Ticks without any activity that are allowed.
     pub(crate) patience: AtomicU32,
-    /// Ticks without a byte that it may take, whatever its processor time.
+    /// Ticks without a byte that are allowed, whatever the processor time.
     pub(crate) limit: AtomicU32,
     /// Whether the child has been reaped: its number may then belong to another.
     pub(crate) reaped: Mutex<bool>,
@@ -44,12 +44,12 @@ pub(crate) struct Watch {
     processes: Processes,
 }
 
-/// Locks `mutex`; what a panicking thread has left behind is still sound here.
+/// Locks `mutex`; its data is valid even after a panic of another thread.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Ticks in a row without signs of life.
+/// Numbers of ticks in a row without activity.
 #[derive(Default)]
 struct Idle {
     /// Without a byte, a message or processor time.
@@ -60,7 +60,7 @@ struct Idle {
     silent: u32,
 }
 
-/// What a child has done so far.
+/// The activity of a child so far.
 #[derive(Clone, Copy, Default, PartialEq)]
 struct Seen {
     moved: u64,
@@ -85,7 +85,7 @@ impl Watch {
         }
     }
 
-    /// Looks at the child every [`TICK`] until it is reaped.
+    /// Checks the child every [`TICK`] until it is reaped.
     pub(crate) fn run(&self) {
         let (mut idle, mut before) = (Idle::default(), Seen::default());
         let mut reaped = lock(&self.reaped);
@@ -120,11 +120,11 @@ impl Watch {
         }
     }
 
-    /// For how many ticks it has hung, if it hangs.
+    /// The number of ticks for which it has hung, if it hangs.
     fn hung(&self, idle: &Idle, activity_known: bool) -> Option<u32> {
         let patience = self.patience.load(Ordering::Relaxed);
         let patience = if activity_known { patience } else { LONG_PATIENCE };
-        // After a stop nobody waits for a child that only talks.
+        // After a stop, messages do not count as activity.
         let noisy = if self.processes.is_stopping() { PATIENCE } else { LONG_PATIENCE };
         let limit = self.limit.load(Ordering::Relaxed);
         [(idle.all, patience), (idle.noisy, noisy), (idle.silent, limit)]
@@ -146,16 +146,16 @@ impl Idle {
     }
 }
 
-/// What the system tells of a process and its children.
+/// The activity of a process and its children, by the system.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Activity {
-    /// Processor time used, in the system's units.
+    /// Processor time, in the system's units.
     Used(u64),
-    /// A thread of theirs waits for a disk or for a processor that others keep busy, which is no hang.
+    /// A thread waits for a disk or for a busy processor: that is not a hang.
     Waits,
 }
 
-/// What the process `pid` and those that it started do. `None` where the system does not tell.
+/// The activity of the process `pid` and its children. `None` if the system does not report it.
 fn activity(pid: u32) -> Option<Activity> {
     let process = std::path::Path::new("/proc").join(pid.to_string());
     let stat = std::fs::read_to_string(process.join("stat")).ok()?;
@@ -170,17 +170,17 @@ fn activity(pid: u32) -> Option<Activity> {
         }
         let Ok(children) = std::fs::read_to_string(task.path().join("children")) else {
             if task.path().exists() {
-                // A kernel without CONFIG_PROC_CHILDREN: nothing is known.
+                // A kernel without CONFIG_PROC_CHILDREN: unknown.
                 return None;
             }
-            // The thread has ended this moment.
+            // The thread has just ended.
             continue;
         };
         for child in children.split_whitespace().filter_map(|pid| pid.parse().ok()) {
             match activity(child) {
                 Some(Activity::Used(more)) => used += more,
                 Some(Activity::Waits) => return Some(Activity::Waits),
-                // It has ended this moment.
+                // It has just ended.
                 None => {}
             }
         }

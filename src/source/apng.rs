@@ -1,4 +1,4 @@
-//! Animated PNG (PNG specification, third edition, 11.3.6): what its chunks say, and its frames, composed.
+//! Animated PNG (PNG specification, third edition, 11.3.6): reads its chunks, and composes its frames.
 
 use std::io::{BufReader, ErrorKind, Read};
 use std::path::Path;
@@ -16,8 +16,8 @@ use crate::frame::{Rational, Rgba};
 use crate::geom::Size;
 use crate::stream::Loops;
 
-/// Reads the chunks of the PNG in `path`; `None` if it is no animation, or if its one frame is
-/// the default image. A default image that is not part of the animation is for readers that know none.
+/// Reads the chunks of the PNG in `path`; `None` if it is not an animation, or if its only frame is the default
+/// image. A default image that is not part of the animation is for readers without support for APNG.
 ///
 /// # Errors
 /// When it cannot be read.
@@ -51,7 +51,7 @@ fn chunks(file: &mut BufReader<std::fs::File>) -> std::io::Result<Option<Facts>>
                 }
                 used = known;
             }
-            // Only an animation is read to its end.
+            // Only animations are read to the end.
             b"IDAT" if claimed.is_none() => return Ok(None),
             b"IDAT" => hidden |= facts.lengths.frames == 0,
             b"tRNS" => facts.alpha = true,
@@ -77,7 +77,7 @@ fn chunks(file: &mut BufReader<std::fs::File>) -> std::io::Result<Option<Facts>>
             b"fcTL" => {
                 let first = facts.lengths.frames == 0;
                 let size = Size::new(be32(&head, 4), be32(&head, 8));
-                // What is cleared, or not covered by the first frame, is transparent.
+                // Cleared areas, and those outside the first frame, are transparent.
                 facts.alpha |= match head[24] {
                     1 => true,
                     2 => first,
@@ -87,7 +87,7 @@ fn chunks(file: &mut BufReader<std::fs::File>) -> std::io::Result<Option<Facts>>
             }
             _ => {}
         }
-        // And the checksum. Beyond the end this succeeds; the next header then is not there.
+        // And the checksum. Seeking beyond the end succeeds; reading the next header then fails.
         file.seek_relative(i64::from(length) - used as i64 + 4)?;
     }
     Ok(claimed.filter(|&frames| frames > 1 || frames == 1 && hidden).map(|_| facts))
@@ -147,7 +147,7 @@ impl Apng {
         Ok(Self { png, rows: Rows::default(), canvas: Canvas::new(size), size, frames, to_srgb })
     }
 
-    /// The next frame, and how long it is shown; `None` after the last one.
+    /// The next frame and its duration; `None` after the last one.
     pub(super) fn next(&mut self) -> ImageResult<Option<(Vec<Rgba>, Rational)>> {
         if self.frames == 0 {
             return Ok(None);
@@ -160,7 +160,7 @@ impl Apng {
         let Some(frame) = self.png.info().frame_control else { return Ok(None) };
         let size = Size::new(frame.width, frame.height);
         let area = Area::at(frame.x_offset, frame.y_offset, size).clipped(self.size);
-        // The first frame has nothing before it to go back to, but the canvas is clear then, too.
+        // The first frame has no frame to restore, but the canvas is transparent then, too.
         let disposal = match frame.dispose_op {
             DisposeOp::None => Disposal::Keep,
             DisposeOp::Background => Disposal::Background,
@@ -182,7 +182,7 @@ impl Apng {
     }
 }
 
-/// `new` laid over `old` (PNG specification, 13.16).
+/// `new` composed over `old` (PNG specification, 13.16).
 fn over(new: Rgba, old: Rgba) -> Rgba {
     match (new[3], old[3]) {
         (255, _) => new,

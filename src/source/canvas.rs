@@ -18,7 +18,7 @@ impl Area {
         Self { x0: x, y0: y, x1: x.saturating_add(size.width), y1: y.saturating_add(size.height) }
     }
 
-    /// All of a picture of `size`.
+    /// The whole of a picture of `size`.
     pub(super) fn whole(size: Size) -> Self {
         Self::at(0, 0, size)
     }
@@ -28,7 +28,7 @@ impl Area {
         Size::new(self.x1, self.y1)
     }
 
-    /// The part of it that lies in a picture of `size`.
+    /// The part of it inside a picture of `size`.
     pub(super) fn clipped(self, size: Size) -> Self {
         Self {
             x0: self.x0.min(size.width),
@@ -38,7 +38,7 @@ impl Area {
         }
     }
 
-    /// The ranges of its rows in a frame `width` wide.
+    /// The index ranges of its rows in a frame of this `width`.
     pub(super) fn rows(self, width: u32) -> impl Iterator<Item = std::ops::Range<usize>> {
         let width = width as usize;
         (self.y0 as usize..self.y1 as usize)
@@ -54,7 +54,7 @@ pub(super) enum Disposal {
     Previous,
 }
 
-/// A disposal that is still to be done.
+/// A disposal that is due before the next frame.
 #[derive(Debug)]
 enum Undo {
     Nothing,
@@ -62,7 +62,7 @@ enum Undo {
     Restore(Area, Vec<Rgba>),
 }
 
-/// The picture that the viewer sees. It begins transparent.
+/// The picture that a viewer shows. It begins transparent.
 #[derive(Debug)]
 pub(super) struct Canvas {
     size: Size,
@@ -76,8 +76,8 @@ impl Canvas {
         Self { size, pixels: vec![[0; 4]; size.pixels()], undo: Undo::Nothing }
     }
 
-    /// Does what the frame before asked for, and notes what this one, which covers `area` (inside the
-    /// canvas), asks for after it. Then the frame may be drawn.
+    /// Disposes of the last frame, and stores the disposal of the next one, which covers `area` (inside the canvas).
+    /// Call it before the frame is drawn.
     pub(super) fn begin(&mut self, area: Area, disposal: Disposal) {
         self.dispose();
         self.undo = match disposal {
@@ -107,8 +107,8 @@ impl Canvas {
         }
     }
 
-    /// Draws a frame of the pixels `frame`, row by row, that covers `area` (inside the canvas):
-    /// `blend` makes the new pixel of the frame's and the canvas's.
+    /// Draws the pixels `frame`, row by row, over `area` (inside the canvas): `blend` computes a pixel from the
+    /// frame's and the canvas's.
     pub(super) fn draw(&mut self, area: Area, frame: &[Rgba], blend: impl Fn(Rgba, Rgba) -> Rgba) {
         let width = (area.x1 - area.x0).max(1) as usize;
         for (row, drawn) in area.rows(self.size.width).zip(frame.chunks(width)) {

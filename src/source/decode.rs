@@ -9,15 +9,16 @@ use crate::ffmpeg::formats::input_format;
 use crate::ffmpeg::probe::{Pixels, Track};
 use crate::stream::StreamInfo;
 
-/// How ffmpeg scales: what loses least.
+/// ffmpeg's scaler flags: the best quality.
 const SCALING: &str = "bicubic+accurate_rnd+full_chroma_int";
 
-/// HDR to BT.709: diffuse white (203 nits, ITU-R BT.2408) becomes the white of SDR, all but; what is brighter is
-/// squeezed.
+/// Filters from HDR to BT.709: diffuse white (203 nits, ITU-R BT.2408) becomes nearly the white of SDR; brighter
+/// values are compressed.
 pub(crate) const TO_SDR: &str = "zscale=t=linear:npl=203:p=bt709,format=gbrpf32le,\
     tonemap=tonemap=mobius:param=0.8:desat=0,zscale=t=bt709:m=bt709:p=bt709:r=tv";
 
-/// `track` of `path`, as `info` has it, from so many `seconds` after the first stream's beginning on.
+/// Options that decode `track` of `path`, with the properties `info`, from `seconds` after the beginning of its first
+/// stream.
 pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track, seconds: i64) -> Vec<OsString> {
     let mut args =
         command::arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning"]);
@@ -27,7 +28,7 @@ pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track, seconds: i64)
     if track.still {
         args.extend(command::arguments([&"-frames:v", &"1"]));
     }
-    // Times as they are, in the container's own units.
+    // Times are not changed, in the container's own units.
     let units = format!("{}:{}", track.time_base.num, track.time_base.den);
     args.extend(command::arguments([&"-fps_mode", &"passthrough", &"-enc_time_base", &units]));
     args.extend(command::arguments([&"-c:v", &"rawvideo", &"-f", &"nut", &"pipe:1"]));
@@ -37,15 +38,15 @@ pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track, seconds: i64)
     args
 }
 
-/// Options that read `stream` of input number `input` and throw it away, for ffmpeg to mend its clock.
+/// Options that read `stream` of input `input` and discard it, so that ffmpeg repairs timestamps with its help.
 pub(crate) fn read_along(input: usize, stream: u64) -> Vec<OsString> {
     let map = format!("{input}:{stream}");
     command::arguments([&"-map", &map, &"-c", &"copy", &"-f", &"null", &"-"])
 }
 
-/// Options that open `path` `seconds` after its beginning.
+/// Options that open `path` at `seconds` after its beginning.
 fn input(path: &Path, track: &Track, seconds: i64) -> Vec<OsString> {
-    // A packet that was cut short would only give a spoilt frame.
+    // A truncated packet would give a damaged frame.
     let mut args = command::arguments([&"-fflags", &"+discardcorrupt"]);
     match &track.repair {
         Some(repair) => {
@@ -65,16 +66,16 @@ fn input(path: &Path, track: &Track, seconds: i64) -> Vec<OsString> {
     args
 }
 
-/// Options that choose the frames and bring them into shape.
+/// Options that select, filter and convert the frames.
 fn picture(info: &StreamInfo, track: &Track) -> Vec<OsString> {
     let size = info.size;
-    // Without a word on ranges, ffmpeg makes limited range of what has more than 8 bits.
+    // Without explicit ranges ffmpeg converts video of more than 8 bits to limited range.
     let range = match track.pixels {
         Pixels::Planar(_, Coding { range: Range::Full, .. }) => ":in_range=full:out_range=full",
         _ => "",
     };
     let filters = &track.filters;
-    // Does nothing to frames that have this size and format already.
+    // Frames of this size and format are not changed.
     let filter = format!(
         "{filters}scale={}:{}:flags={SCALING}:sws_dither=none{range},setsar=1,format={}",
         size.width, size.height, track.format

@@ -1,18 +1,18 @@
-//! GIF delays as browsers show them.
+//! Changes GIF delays to those that browsers use.
 
 use super::{Decoded, Input, Source};
 use crate::error::Result;
 use crate::frame::{Frame, Rational};
 use crate::stream::Span;
 
-/// The longest delay that browsers do not keep to, and what they show in its place.
+/// The longest delay that browsers replace, and the one that they use instead, in hundredths of a second.
 const TOO_SHORT: Rational = Rational { num: 1, den: 100 };
 const SHOWN: Rational = Rational { num: 1, den: 10 };
 
-/// A GIF whose frames with delays of 0 and 1 hundredths are shown for ten.
+/// A GIF with the delays 0 and 1 replaced by ten hundredths.
 struct Delays {
     inner: Box<dyn Source>,
-    /// By how much frames come later than the file says.
+    /// The sum of the added delays so far.
     shift: Rational,
 }
 

@@ -1,4 +1,4 @@
-//! What a file is, by its first bytes.
+//! Detects the format of a file by its first bytes.
 
 use std::fs::File;
 use std::io::Read;
@@ -8,34 +8,34 @@ use image::ImageFormat;
 
 use crate::error::{Error, Result};
 
-/// What the first bytes of a file say that it is.
+/// The kind of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// A picture, or an APNG or an animated WebP, which begin as pictures do.
+    /// A picture; an APNG or animated WebP, which have the same first bytes.
     Picture(ImageFormat),
     /// A GIF, of one frame or many.
     Gif,
     /// Uncompressed video with a plain text header.
     Y4m,
-    /// Meshes and their colours, ours.
+    /// A mesh stream of polyreel.
     MeshStream,
-    /// None of these: a video, or no picture at all.
+    /// Another file: a video, or not a picture.
     Other,
-    /// A pipe, whose first bytes cannot be looked at twice.
+    /// A pipe: its first bytes cannot be read twice.
     Stream,
 }
 
-/// Bytes that distinguish all kinds.
+/// Number of bytes that distinguish all kinds.
 const MAGIC: usize = 16;
 
-/// Extensions of the pictures that can be read; a folder's files with one of these are meant to be
-/// pictures, whatever they hold.
+/// Extensions of the pictures that can be read. Files of a folder with one of these must be pictures, whatever they
+/// hold.
 const PICTURE_EXTENSIONS: [&str; 14] = [
     "png", "apng", "jpg", "jpeg", "jfif", "webp", "bmp", "tif", "tiff", "pnm", "pbm", "pgm", "ppm",
     "gif",
 ];
 
-/// The formats that can be read, in words.
+/// The formats that can be read, for messages.
 pub(crate) const READABLE: &str = "PNG, JPEG, WebP, BMP, TIFF, PNM or GIF";
 
 /// Whether the extension of `path` is that of a picture.
@@ -51,7 +51,7 @@ pub(crate) fn no_picture(path: PathBuf) -> Error {
     Error::input(path, what)
 }
 
-/// What `path` is.
+/// The kind of the file `path`.
 ///
 /// # Errors
 /// When it is missing, unreadable, a folder, or empty.
@@ -70,7 +70,7 @@ pub(crate) fn detect(path: &Path) -> Result<Kind> {
     Ok(kind(&magic))
 }
 
-/// Whether `path` is a named pipe, or the end of one (`/dev/fd/63`, as shells have it).
+/// Whether `path` is a named pipe, or the end of a pipe (`/dev/fd/63` in shells).
 #[cfg(unix)]
 fn is_pipe(path: &Path) -> bool {
     use std::os::unix::fs::FileTypeExt;
@@ -95,7 +95,7 @@ pub(crate) fn open(path: &Path) -> Result<File> {
     Ok(file)
 }
 
-/// An error of opening a file, in words that say what to do.
+/// The message for an error of opening a file, with advice.
 fn why(error: &std::io::Error) -> String {
     match error.kind() {
         std::io::ErrorKind::NotFound => "there is no such file; check the name".into(),

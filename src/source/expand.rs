@@ -1,4 +1,4 @@
-//! From what the user names to a list of files: folders, globs, patterns.
+//! Expands inputs to a list of files: folders, globs, patterns.
 
 use std::cmp::Ordering;
 use std::ffi::OsStr;
@@ -8,8 +8,8 @@ use super::detect::{self, Kind, READABLE};
 use crate::error::{Error, Result};
 use crate::pattern::Pattern;
 
-/// The files that `inputs` name, in the order in which they play: as given, and in natural order
-/// (`2` before `10`) within a folder or a glob.
+/// The files that `inputs` name, in order: inputs as given, and files of a folder or a glob in natural order (`2`
+/// before `10`).
 ///
 /// # Errors
 /// When nothing is named, or a folder, glob or pattern holds no file.
@@ -23,7 +23,7 @@ pub(crate) fn expand(inputs: &[&OsStr]) -> Result<Vec<PathBuf>> {
         if path.is_dir() {
             files.extend(folder(path)?);
         } else if path.exists() {
-            // Before globs and patterns: `[1].png` and `100%d.png` are names, too.
+            // Existing files come before globs and patterns: `[1].png` and `100%d.png` are valid names.
             files.push(path.to_owned());
         } else if let Some(pattern) = Pattern::parse(input) {
             files.extend(numbered(path, &pattern)?);
@@ -44,13 +44,13 @@ fn bytes(path: &Path) -> &[u8] {
     path.as_os_str().as_encoded_bytes()
 }
 
-/// Compares names byte by byte, but numbers in them by their value, as `ls -v` does: 8, 9, 010, 011.
+/// Compares names byte by byte, but numbers in them by value, as `ls -v`: 8, 9, 010, 011.
 fn natural_order(mut a: &[u8], mut b: &[u8]) -> Ordering {
     loop {
         match (a.first(), b.first()) {
             (Some(x), Some(y)) if x.is_ascii_digit() && y.is_ascii_digit() => {
                 let (one, other) = (number(&mut a), number(&mut b));
-                // Without leading zeros the longer number is the larger one.
+                // Without leading zeros the longer number is larger.
                 match one.len().cmp(&other.len()).then_with(|| one.cmp(other)) {
                     Ordering::Equal => {}
                     unequal => return unequal,
@@ -62,7 +62,7 @@ fn natural_order(mut a: &[u8], mut b: &[u8]) -> Ordering {
     }
 }
 
-/// Takes the digits in front off `text` and returns them without leading zeros.
+/// Removes the leading digits from `text` and returns them without leading zeros.
 fn number<'a>(text: &mut &'a [u8]) -> &'a [u8] {
     let digits = text.iter().take_while(|b| b.is_ascii_digit()).count();
     let (number, after) = text.split_at(digits);
@@ -71,8 +71,8 @@ fn number<'a>(text: &mut &'a [u8]) -> &'a [u8] {
     &number[zeros..]
 }
 
-/// The pictures in a folder: files that hold one, and files that are called one (so that a broken
-/// one is noticed). Hidden files are passed over.
+/// The pictures in a folder: files that hold a picture, and files with the extension of one, so that a broken one is
+/// noticed. Hidden files are skipped.
 fn folder(path: &Path) -> Result<Vec<PathBuf>> {
     let unreadable = |e| {
         Error::input(path, format!("the folder cannot be read: {e}; check its permissions"))
@@ -84,7 +84,7 @@ fn folder(path: &Path) -> Result<Vec<PathBuf>> {
         let file = entry.path();
         let hidden = entry.file_name().as_encoded_bytes().starts_with(b".");
         let meant = || {
-            // What leads nowhere is found when it is opened, and the error names it.
+            // A broken link is kept: the error of opening it names it.
             detect::is_called_picture(&file) && !file.is_dir()
                 || file.is_file()
                     && matches!(detect::detect(&file), Ok(Kind::Picture(_) | Kind::Gif))
@@ -120,9 +120,9 @@ fn globbed(input: &str) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// From 0, 1 or the lowest number that there is, up to the first gap.
+/// The files from number 0, 1 or the lowest one up to the first gap.
 fn numbered(input: &Path, pattern: &Pattern) -> Result<Vec<PathBuf>> {
-    // A link that leads nowhere is no gap: the error of opening it names it.
+    // A broken link is not a gap: the error of opening it names it.
     let exists = |n: u64| pattern.name(n).symlink_metadata().is_ok();
     let first = (0..=1).find(|&n| exists(n)).or_else(|| lowest(input, pattern));
     let Some(first) = first else {
@@ -135,7 +135,7 @@ fn numbered(input: &Path, pattern: &Pattern) -> Result<Vec<PathBuf>> {
     Ok((first..).take_while(|&n| exists(n)).map(|n| pattern.name(n)).collect())
 }
 
-/// The lowest number in use. The number must stand in the file's name, not in a folder's.
+/// The lowest number in use. The number must be in the file's name, not in a folder's.
 fn lowest(input: &Path, pattern: &Pattern) -> Option<u64> {
     let parent = input.parent()?;
     let listed = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };

@@ -1,4 +1,4 @@
-//! Keeps panics of foreign decoders from ending the program: a decoder that panics has met a broken file.
+//! Catches panics of third-party decoders: a panic means that the file is broken.
 
 use std::cell::Cell;
 use std::panic::{self, AssertUnwindSafe};
@@ -7,12 +7,12 @@ use std::sync::Once;
 use super::still::title;
 
 thread_local! {
-    /// Whether a panic of this thread is caught, so that there is no need to print it.
+    /// Whether panics of this thread are caught, and thus not printed.
     static FENCED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `decode` and returns what it does, or a message for the user if it panics. `format` is the
-/// word of the file's format. What `decode` was working on must not be used after a panic.
+/// Runs `decode` and returns its result, or a message for the user if it panics. `format` is the name of the file's
+/// format. Data that `decode` changed must not be used after a panic.
 pub(crate) fn run<T>(format: &str, decode: impl FnOnce() -> T) -> Result<T, String> {
     keep_quiet();
     let before = FENCED.replace(true);
@@ -26,7 +26,8 @@ pub(crate) fn run<T>(format: &str, decode: impl FnOnce() -> T) -> Result<T, Stri
     })
 }
 
-/// Makes the panic hook print nothing of panics that are caught here.
+/// Installs a panic hook that prints nothing for panics that are caught here. The hook belongs to the process, so
+/// that it is installed once.
 fn keep_quiet() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

@@ -1,8 +1,8 @@
-//! The blocks of a GIF, put in the order of the specification before they are decoded (GIF89a, appendix A).
+//! Rewrites the blocks of a GIF in the order of the specification before they are decoded (GIF89a, appendix A).
 //!
-//! Files in the wild hold extensions that nobody knows, bytes between blocks, loop extensions of other
-//! names than Netscape's, and lack the end of their last image or their trailer. Every other reader gets
-//! along with those; the `gif` crate gets a file without them.
+//! Many files hold unknown extensions, bytes between blocks or loop extensions with other names than Netscape's, or
+//! lack the end of their last image or their trailer. Other readers accept these; the `gif` crate gets a file without
+//! them.
 
 use std::cell::Cell;
 use std::io::{self, BufRead, BufReader, Read};
@@ -14,22 +14,22 @@ const TRAILER: u8 = 0x3b;
 const CONTROL: u8 = 0xf9;
 const APPLICATION: u8 = 0xff;
 
-/// Names of the extension that says how often a GIF is repeated.
+/// Names of the extension with the number of repetitions.
 const LOOPS: [&[u8]; 2] = [b"NETSCAPE2.0", b"ANIMEXTS1.0"];
 
-/// What was seen in the blocks so far.
+/// What was found in the blocks so far.
 #[derive(Debug, Default)]
 pub(super) struct Seen {
-    /// Whether the file ended inside an image's data; then its end was made up.
+    /// Whether the file ends inside an image's data; then an end was added.
     pub(super) cut: Cell<bool>,
-    /// How often the GIF is repeated after the first time, 0 for without end.
+    /// Number of repetitions after the first time, 0 for ever.
     pub(super) loops: Cell<Option<u16>>,
 }
 
-/// Bytes that are handed on at once, or somewhat more.
+/// Approximate number of bytes that are passed on at once.
 const PIECE: usize = 1 << 14;
 
-/// What is read next.
+/// The next part to be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Header,
@@ -39,7 +39,7 @@ enum State {
     End,
 }
 
-/// A GIF's bytes, in order.
+/// The bytes of a GIF, with blocks in order.
 pub(super) struct Blocks<R> {
     input: BufReader<R>,
     state: State,
@@ -49,14 +49,14 @@ pub(super) struct Blocks<R> {
 }
 
 impl<R: Read> Blocks<R> {
-    /// The blocks of `input`, and what is seen in them, complete once all are read.
+    /// The blocks of `input`, and what is found in them, complete when all are read.
     pub(super) fn new(input: R) -> (Self, Rc<Seen>) {
         let seen = Rc::<Seen>::default();
         let (input, out) = (BufReader::with_capacity(1 << 16, input), Vec::new());
         (Self { input, state: State::Header, out, given: 0, seen: seen.clone() }, seen)
     }
 
-    /// Reads the next piece into `out`; leaves it empty at the end.
+    /// Reads the next part into `out`; leaves it empty at the end.
     fn fill(&mut self) -> io::Result<()> {
         self.out.clear();
         self.given = 0;
@@ -77,7 +77,7 @@ impl<R: Read> Blocks<R> {
         Ok(had == length)
     }
 
-    /// The header, the screen, and its palette. A file that ends in one of them ends here, too.
+    /// The header, the screen, and its palette. A file that ends in one of them ends here.
     fn header(&mut self) -> io::Result<()> {
         let start = self.out.len();
         let whole = self.take(13)? && self.palette(start + 10)?;
@@ -85,7 +85,7 @@ impl<R: Read> Blocks<R> {
         Ok(())
     }
 
-    /// A palette, if the flags at `at` in `out` say that there is one.
+    /// A palette, if the flags at `at` in `out` announce one.
     fn palette(&mut self, at: usize) -> io::Result<bool> {
         let flags = self.out[at];
         if flags & 0x80 == 0 { Ok(true) } else { self.take(3 << ((flags & 7) + 1)) }
@@ -108,7 +108,7 @@ impl<R: Read> Blocks<R> {
                 self.state = if whole { State::Data } else { State::End };
                 Ok(())
             }
-            // No pixel is missing where only the trailer is.
+            // If only the trailer is missing, no pixel is.
             Some(TRAILER) | None => {
                 self.out.push(TRAILER);
                 self.state = State::End;
@@ -129,7 +129,7 @@ impl<R: Read> Blocks<R> {
                 return Ok(());
             }
         }
-        // What is there may be all pixels: the decoder will see.
+        // All pixels may be there: the decoder finds out.
         self.seen.cut.set(true);
         if let Some(length) = self.out.len().checked_sub(start + 1).filter(|&length| length > 0) {
             self.out[start] = length as u8;
@@ -141,7 +141,7 @@ impl<R: Read> Blocks<R> {
         Ok(())
     }
 
-    /// An extension: those that mean something for pixels and times are kept.
+    /// An extension; kept if it concerns pixels or times.
     fn extension(&mut self) -> io::Result<()> {
         let Some(label) = self.byte()? else {
             self.state = State::End;
@@ -151,7 +151,7 @@ impl<R: Read> Blocks<R> {
         let mut loops = None;
         loop {
             let Some(length) = self.byte()? else {
-                // The file ends inside an extension; an image should have come.
+                // The file ends inside an extension, before an image.
                 self.state = State::End;
                 return Ok(());
             };
@@ -173,7 +173,7 @@ impl<R: Read> Blocks<R> {
                 self.out.extend_from_slice(&first[..4]);
                 self.out.push(0);
             }
-            // Kept out of the way of the decoder, which takes it only in front of the images.
+            // Not passed on here: the decoder accepts it only in front of the images.
             APPLICATION if LOOPS.contains(&first.as_slice()) && loops.is_some() => {
                 self.seen.loops.set(loops.map(u16::from_le_bytes));
             }

@@ -1,5 +1,5 @@
-//! How much memory decoding may take. Sizes are checked before memory is taken; what is taken is
-//! zeroed by the system, so that it counts only once data has come for it.
+//! Limits the memory of decoding. Sizes are checked before memory is allocated. Allocated memory is zeroed by the
+//! system, so that it is used only when data arrives.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use super::SourceOptions;
 use crate::error::{Error, Result};
 use crate::geom::Size;
 
-/// Bytes that decoding may take, if the options say nothing else: 1 GiB.
+/// Bytes that decoding may take by default: 1 GiB.
 const MAX_MEMORY: u64 = 1 << 30;
 
 /// Bytes that the metadata of a file may take: profiles, EXIF.
@@ -23,7 +23,7 @@ impl Limit {
         Self(options.max_memory.unwrap_or(MAX_MEMORY))
     }
 
-    /// Checks that a picture of `size` can be decoded with `bytes` bytes of memory a pixel.
+    /// Checks that a picture of `size` can be decoded with `bytes` bytes of memory for each pixel.
     ///
     /// # Errors
     /// When it would take more than the limit.
@@ -33,7 +33,7 @@ impl Limit {
         })
     }
 
-    /// Checks that `bytes` bytes may be taken for what `name` says.
+    /// Checks that `bytes` bytes may be allocated for `name`.
     ///
     /// # Errors
     /// When they are more than the limit.

@@ -1,8 +1,9 @@
-//! Where frames come from. One format a file; formats are recognised by content.
+//! Sources of frames. Each file has one format, which is detected by content.
 
 mod animation;
 mod apng;
 mod canvas;
+mod convert;
 #[cfg(feature = "ffmpeg")]
 pub(crate) mod decode;
 mod delays;
@@ -51,7 +52,7 @@ use resize::Resize;
 use trim::{Part, Trim};
 use warmup::WarmedUp;
 
-/// A frame as it comes from a source.
+/// A decoded frame.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct Decoded {
@@ -59,9 +60,8 @@ pub struct Decoded {
     pub frame: Frame,
     /// When it is shown.
     pub span: Span,
-    /// Whether it is part of a warm-up pass: it goes through the whole chain, so that the mesh and its
-    /// colours adapt to it, but is neither written nor reported nor counted. Warm-up frames come before all
-    /// others.
+    /// Whether it is part of a warm-up pass: it goes through the whole chain, so that the mesh and its colours adapt
+    /// to it, but is not written, reported or counted. Warm-up frames come before all others.
     pub is_warmup: bool,
 }
 
@@ -72,79 +72,75 @@ impl Decoded {
     }
 }
 
-/// A started source: frames in order. Lives on the thread that decodes, and need not be `Send`.
+/// A source that delivers frames in order. It stays on the thread that decodes, and need not be `Send`.
 pub trait Source {
-    /// The next frame, `None` at the end of a complete input. After an error or `None` it is not
-    /// called again.
+    /// The next frame, or `None` at the end of a complete input. It is not called again after an error or `None`.
     ///
     /// # Errors
-    /// When the input is truncated or broken; the frames before have been delivered.
+    /// When the input is truncated or broken; the frames before were delivered.
     fn next(&mut self) -> Result<Option<Decoded>>;
 
-    /// Nobody wants the frames that start before `start`: they may be left out, which is quicker
-    /// than to deliver them. Called before the first [`Source::next`], if at all. Default: they
-    /// are delivered all the same.
+    /// Allows the source to skip frames that start before `start`, in seconds, which is faster than delivering them.
+    /// Called at most once, before the first [`Source::next`]. Default: they are delivered.
     fn skip_to(&mut self, _start: Rational) {}
 
-    /// Takes back a frame of the stream that is no longer needed, so that the next one need not allocate.
-    /// Default: it is dropped.
+    /// Takes the buffers of a frame that is no longer needed, for the next one. Default: they are dropped.
     fn recycle(&mut self, _frame: Frame) {}
 
-    /// Called before each [`Source::next`]: waits until the next frame is due, where frames are played
-    /// at a speed. Time spent here is not time at work. Default: it is due at once.
+    /// Waits until the next frame is due, if frames are played at a speed. Called before each [`Source::next`]; the
+    /// time is not counted as work. Default: returns at once.
     fn wait(&mut self) {}
 }
 
-/// What of an input is read, and how. The default reads all of it as it is.
+/// Which part of an input is read, and how. The default reads all of it unchanged.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(not(feature = "unstable"), non_exhaustive)]
 pub struct SourceOptions {
-    /// Seconds from the input's start: frames that start earlier are left out, and times count from
-    /// here. Default: the beginning.
+    /// Start of the part, in seconds from the input's start: earlier frames are skipped, and times count from here.
+    /// Default: the beginning.
     pub start: Option<Rational>,
-    /// Seconds from the input's start: frames that start then or later are left out. Default: none.
+    /// End of the part, in seconds from the input's start: frames that start then or later are skipped. Default:
+    /// none.
     pub end: Option<Rational>,
-    /// At most this many frames. Default: all.
+    /// The most frames that are read. Default: all.
     pub frames: Option<u64>,
     /// Frames per second of a sequence of pictures. Default: [`SEQUENCE_RATE`].
     pub fps: Option<Rational>,
-    /// Frames whose longest side is above this many pixels are shrunk to it. Default: never.
+    /// The longest side in pixels; larger frames are scaled down to it. Default: no limit.
     pub max_size: Option<u32>,
-    /// Whether of a single picture that ends too early its upper part is delivered, before the error
-    /// that says so. Whole frames always are. Default: no.
+    /// Whether the upper part of a truncated picture is delivered, before the error. Complete frames always are.
+    /// Default: no.
     pub allow_truncated: bool,
-    /// Whether it is played twice, the first time as a [warm-up](Decoded::is_warmup): its beginning
-    /// then goes on from its end. No effect on a still. Default: no.
+    /// Whether it is played twice, the first time as a [warm-up](Decoded::is_warmup), so that its beginning continues
+    /// its end. No effect on a still. Default: no.
     pub looped: bool,
-    /// Bytes of memory that decoding may take: larger pictures are refused, and so are headers that claim
-    /// more. Default: 1 GiB.
+    /// Bytes of memory that decoding may take: larger pictures are refused. Default: 1 GiB.
     pub max_memory: Option<u64>,
     /// The ffmpeg that reads video. Default: the one on the search path.
     pub ffmpeg: Ffmpeg,
-    /// Whether HDR video is brought to SDR, for outputs that cannot say that they are HDR. Default: no.
+    /// Whether HDR video is converted to SDR, for outputs without HDR. Default: no.
     pub to_sdr: bool,
-    /// Whether frames of a GIF with delays of 0 and 1 hundredths are shown for ten, as browsers do. Default:
-    /// they keep their delays.
+    /// Whether GIF delays of 0 and 1 hundredths of a second become ten hundredths, as in browsers. Default: no.
     pub browser_delays: bool,
 }
 
-/// Where sound comes from.
+/// The source of the sound.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sound {
-    /// The video (or any file with sound).
+    /// The video, or any file with sound.
     pub path: PathBuf,
-    /// The moment of it, in seconds from its start, at which the picture begins.
+    /// The time in it, in seconds from its start, at which the picture begins.
     pub start: Rational,
-    /// Whether the picture was asked to end before the source does: then the sound ends with the
-    /// picture. Else it is kept whole, unless the picture turns out shorter than expected.
+    /// Whether the picture ends before the source by request: then the sound ends with the picture. Otherwise the
+    /// whole sound is kept, unless the picture is shorter than expected.
     pub cut: bool,
-    /// Its tracks, where they were looked at already.
+    /// Its tracks, if they are known already.
     #[cfg(feature = "ffmpeg")]
     pub(crate) tracks: Option<SoundTracks>,
 }
 
 impl Sound {
-    /// The sound of `path` from the moment `start` on, see the fields.
+    /// The sound of `path` from `start` on, see the fields.
     pub fn new(path: impl Into<PathBuf>, start: Rational, cut: bool) -> Self {
         Self {
             path: path.into(),
@@ -156,13 +152,13 @@ impl Sound {
     }
 }
 
-/// Frames per second of a sequence of pictures that nobody gave a rate.
+/// Default frames per second of a sequence of pictures.
 pub const SEQUENCE_RATE: Rational = Rational { num: 25, den: 1 };
 
 type Starter = Box<dyn FnMut() -> Result<Box<dyn Source>> + Send>;
 
-/// An input that has been recognised and whose header has been read, not yet started. It is small
-/// and can go to the thread that decodes.
+/// An input whose format and header are known, not yet started. It is small and can be sent to the thread that
+/// decodes.
 pub struct Input {
     paths: Arc<[PathBuf]>,
     info: StreamInfo,
@@ -178,7 +174,7 @@ impl std::fmt::Debug for Input {
 }
 
 impl Input {
-    /// An input that reads `paths` once `start` has built its decoder.
+    /// An input that reads `paths`; `start` makes its decoder.
     pub(crate) fn new(
         paths: Arc<[PathBuf]>,
         info: StreamInfo,
@@ -188,7 +184,7 @@ impl Input {
         Self { paths, info, sound: None, repeats, start: Box::new(start) }
     }
 
-    /// The same, of what can be read only once: a pipe.
+    /// The same for inputs that can be read only once: a pipe.
     pub(crate) fn once(self) -> Self {
         Self { repeats: false, ..self }
     }
@@ -199,22 +195,22 @@ impl Input {
         Self { sound, ..self }
     }
 
-    /// The files that are read, none for standard input.
+    /// The files that it reads, none for standard input.
     pub fn paths(&self) -> &[PathBuf] {
         &self.paths
     }
 
-    /// What the headers say, with `start`, `end`, `frames` and `max_size` taken into account.
+    /// The properties of the stream, with `start`, `end`, `frames` and `max_size` taken into account.
     pub fn info(&self) -> &StreamInfo {
         &self.info
     }
 
-    /// The sound of the part that is read, if there is any that can be read alongside the frames.
+    /// The sound of the part that is read, if it can be read alongside the frames.
     pub fn sound(&self) -> Option<&Sound> {
         self.sound.as_ref()
     }
 
-    /// Builds the decoder. Call it on the thread that will ask for frames.
+    /// Makes the decoder. Call it on the thread that will decode.
     ///
     /// # Errors
     /// When the input cannot be opened (any more).
@@ -227,8 +223,8 @@ impl Input {
         self.repeats
     }
 
-    /// As [`Input::start`], to be called any number of times if the input [repeats](Self::repeats),
-    /// else once.
+    /// As [`Input::start`], but it can be called any number of times if the input [repeats](Self::repeats), else
+    /// once.
     ///
     /// # Errors
     /// When the input cannot be opened (any more).
@@ -242,8 +238,8 @@ impl Input {
 /// headers are read.
 ///
 /// # Errors
-/// When nothing is named, a file is missing, unreadable or not a picture, frames differ in size, or what
-/// is to be looped can be read only once; [`Error::Memory`] when there is not enough for frames of that size.
+/// When nothing is named, a file is missing, unreadable or not a picture, frames differ in size, or an input to be
+/// looped can be read only once; [`Error::Memory`] when there is not enough memory for frames of that size.
 pub fn open(inputs: &[impl AsRef<OsStr>], options: &SourceOptions) -> Result<Input> {
     let part = Part::of(options)?;
     if options.max_size == Some(0) {
@@ -258,7 +254,7 @@ pub fn open(inputs: &[impl AsRef<OsStr>], options: &SourceOptions) -> Result<Inp
     if options.looped { warmed_up(input, options.allow_truncated) } else { Ok(input) }
 }
 
-/// The files that `inputs` name, as [`open`] finds them, each to be opened by itself.
+/// The files that `inputs` name, as [`open`] finds them, to be opened one by one.
 ///
 /// # Errors
 /// When nothing is named, or a folder, glob or pattern holds no file.
@@ -312,7 +308,7 @@ fn recognised(inputs: &[&OsStr], part: Option<Part>, options: &SourceOptions) ->
     }
 }
 
-/// Checks that frames of a video can be had: as they come, and as RGBA.
+/// Checks that the frames of a video fit into memory: as decoded, and as RGBA.
 fn within_memory(input: Input, path: &Path, options: &SourceOptions) -> Result<Input> {
     Limit::of(options).check(path, input.info.size, 8)?;
     Ok(input)

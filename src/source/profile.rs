@@ -1,7 +1,7 @@
-//! Colours of a file's own colour space, converted to sRGB.
+//! Converts the colours of a file to sRGB.
 //!
-//! Conversions are relative colorimetric, by the `moxcms` crate. A space in which no colour is farther than
-//! [`SAME`] from its sRGB value is sRGB, and pixels stay as they are.
+//! Conversions are relative colorimetric, by the `moxcms` crate. If no colour of a space differs from its sRGB value
+//! by more than [`SAME`], pixels are not changed.
 
 use std::sync::Arc;
 
@@ -25,21 +25,20 @@ pub(super) struct Primaries {
     pub(super) blue: [f32; 2],
 }
 
-/// What a file says of its colours.
+/// The colour space of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum ColourSpace {
     /// An ICC profile.
     Icc(Vec<u8>),
     /// Code points of ITU-T H.273.
     Cicp { primaries: u8, transfer: u8 },
-    /// The exponent with which samples were encoded (1/2.2 for instance), and primaries; what is not said is
-    /// that of sRGB.
+    /// The exponent of the encoding (for instance 1/2.2), and primaries; by default those of sRGB.
     Gamma { gamma: Option<f64>, primaries: Option<Primaries> },
-    /// Curves of 16-bit values, one for all channels or three, and primaries, as TIFF has them.
+    /// Curves of 16-bit values, one for all channels or three, and primaries, as in TIFF.
     Curves { curves: Vec<Vec<u16>>, primaries: Option<Primaries> },
 }
 
-/// The largest difference of a channel at which a colour counts as the same.
+/// The largest difference of a channel of colours that count as equal.
 const SAME: u8 = 2;
 
 /// Pixels that are converted at once.
@@ -48,14 +47,13 @@ const PIECE: usize = 1 << 14;
 /// Converts pixels to sRGB.
 pub(super) enum ToSrgb {
     Rgb(Arc<Transform8BitExecutor>),
-    /// Of gray pictures: the new value for each.
+    /// For gray pictures: the new value of each value.
     Gray(Box<[u8; 256]>),
 }
 
 impl ToSrgb {
-    /// The conversion from `space`, of a picture that is `gray` or not. `None` if there is nothing to convert:
-    /// the space is sRGB; or nothing that can be converted: a broken profile, or one for other channels than
-    /// the picture's is ignored, as browsers do.
+    /// The conversion from `space`, for a picture that is `gray` or not. `None` if the space is sRGB, or if it cannot
+    /// be converted: a broken profile, or one for other channels than the picture's, is ignored, as in browsers.
     pub(super) fn new(space: &ColourSpace, gray: bool) -> Option<Self> {
         fence::run("ICC profile", || conversion(space, gray)).ok().flatten()
     }
@@ -135,7 +133,7 @@ fn profile(space: &ColourSpace) -> Option<ColorProfile> {
     }
 }
 
-/// A profile of `primaries` (those of sRGB if there are none) and curves.
+/// A profile of `primaries` (by default those of sRGB) and curves.
 fn with(primaries: Option<Primaries>, curves: [ToneReprCurve; 3]) -> ColorProfile {
     let mut profile = ColorProfile::new_srgb();
     profile.cicp = None;
@@ -152,8 +150,8 @@ fn srgb_curve() -> ToneReprCurve {
     ToneReprCurve::Parametric(vec![2.4, 1. / 1.055, 0.055 / 1.055, 1. / 12.92, 0.04045])
 }
 
-/// The curve of samples encoded with the exponent `gamma`. About 1/2.2 means sRGB: encoders that know
-/// nothing better write it, and libpng's threshold is as wide.
+/// The curve of samples encoded with the exponent `gamma`. Values near 1/2.2 mean sRGB: many encoders write 1/2.2 for
+/// sRGB, and libpng has the same tolerance.
 fn gamma_curve(gamma: f64) -> ToneReprCurve {
     if (gamma * 2.2 - 1.0).abs() < 0.05 || gamma <= 0.0 {
         return srgb_curve();
@@ -168,7 +166,7 @@ const HLG_PEAK: f64 = 1000.0;
 
 fn from_code_points(primaries: u8, transfer: u8) -> Option<ColorProfile> {
     let color_primaries = CicpColorPrimaries::try_from(primaries).ok()?;
-    // The curves of PQ and HLG are not relative to white; what is brighter than white is cut.
+    // The curves of PQ and HLG are not relative to white; values above white are clipped.
     let hdr = match transfer {
         16 => Some(curve(|v| pq(v) * PQ_PEAK / WHITE)),
         18 => Some(curve(|v| hlg(v).powf(1.2) * HLG_PEAK / WHITE)),
@@ -180,7 +178,7 @@ fn from_code_points(primaries: u8, transfer: u8) -> Option<ColorProfile> {
     };
     let mut profile = ColorProfile::new_srgb();
     (profile.cicp, profile.red_trc) = (None, None);
-    // What it returns says nothing: whether it knew the code points shows in what it set.
+    // The return value does not matter: the fields show whether the code points are known.
     profile.update_rgb_colorimetry_from_cicp(CicpProfile {
         color_primaries,
         transfer_characteristics,
@@ -201,14 +199,14 @@ fn curve(linear: impl Fn(f64) -> f64) -> ToneReprCurve {
     ToneReprCurve::Lut((0..4096).map(value).collect())
 }
 
-/// SMPTE ST 2084, as part of the peak.
+/// SMPTE ST 2084 (PQ), as a share of the peak.
 fn pq(value: f64) -> f64 {
     let power = value.powf(32.0 / 2523.0);
     let base = (power - 0.8359375).max(0.0) / (18.8515625 - 18.6875 * power);
     base.powf(16384.0 / 2610.0)
 }
 
-/// The scene's light by ITU-R BT.2100's HLG.
+/// The light of the scene by HLG of ITU-R BT.2100.
 fn hlg(value: f64) -> f64 {
     if value <= 0.5 {
         return value * value / 3.0;

@@ -1,6 +1,6 @@
-//! Frames shrunk to a longest side, with a Lanczos filter.
+//! Scales frames down to a longest side, with a Lanczos filter.
 //!
-//! Colours are weighted by their alpha, so that what is hidden in transparent pixels does not bleed.
+//! Colours are weighted by alpha, so that the colours of transparent pixels have no effect.
 
 use rayon::prelude::*;
 
@@ -25,14 +25,14 @@ pub(crate) fn fitted(size: Size, longest: u32) -> Size {
     Size::new(side(size.width), side(size.height))
 }
 
-/// A source whose frames are brought to one size.
+/// A source with frames of another size.
 pub(crate) struct Resize {
     inner: Box<dyn Source>,
     scaler: Scaler,
 }
 
 impl Resize {
-    /// Frames of `inner`, which are of size `from`, shrunk to `to`.
+    /// The frames of `inner`, of size `from`, scaled down to `to`.
     pub(crate) fn new(inner: Box<dyn Source>, from: Size, to: Size) -> Self {
         Self { inner, scaler: Scaler::new(from, to) }
     }
@@ -86,7 +86,7 @@ impl Source for Resize {
     }
 }
 
-/// The weights with which neighbours add up to one new pixel of a row or column.
+/// The weights of the pixels that make one new pixel of a row or column.
 struct Tap {
     first: usize,
     weights: Vec<f32>,

@@ -1,4 +1,4 @@
-//! Pictures from files of their own, at a constant rate; a still is a sequence of one.
+//! Reads pictures from files at a constant rate; a still is a sequence of one.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::stream::{Loops, Span, StreamInfo};
 /// Opens one picture as a still.
 ///
 /// # Errors
-/// When its header is broken or claims too much.
+/// When its header is broken or its size too large.
 pub(crate) fn open_still(
     path: PathBuf,
     format: ImageFormat,
@@ -40,8 +40,8 @@ pub(crate) fn open_still(
     Ok(input(Arc::from([path]), info, None, options))
 }
 
-/// Opens several pictures as a sequence. All headers are read now, so that a picture of another size
-/// is found before the work begins.
+/// Opens several pictures as a sequence. All headers are read now, so that a picture of another size is found before
+/// the work begins.
 ///
 /// # Errors
 /// When a file is missing, no picture, broken, or differs in size from the first.
@@ -149,7 +149,7 @@ struct Sequence {
     /// `None` for a still.
     length: Option<Rational>,
     how: Decoding,
-    /// What is wrong with a still that was delivered all the same.
+    /// The error of a truncated still that was delivered.
     cut: Option<Error>,
 }
 

@@ -1,16 +1,14 @@
-//! One picture from one file: PNG, JPEG, WebP, BMP, TIFF, PNM. Colours become sRGB, pictures stand upright.
+//! Reads one picture from one file: PNG, JPEG, WebP, BMP, TIFF, PNM. Converts it to sRGB and turns it upright.
 
 use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
 
 use image::metadata::Orientation;
-use image::{
-    ColorType, DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, RgbaImage,
-};
+use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, RgbaImage};
 
+use super::convert::{decode_image, decode_png, decoded};
 use super::jpeg::Jpeg;
 use super::limit::{Limit, METADATA};
-use super::png::Rows;
 use super::profile::{ColourSpace, ToSrgb};
 use super::tiff::{Extra, FewBits, Tags};
 use super::{SourceOptions, detect, fence, jpeg_fallback, png, tiff, webp};
@@ -30,9 +28,9 @@ pub(crate) struct Header {
 /// How pictures are decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Decoding {
-    /// The memory that may be taken.
+    /// The most memory that decoding may take.
     pub(crate) limit: Limit,
-    /// Whether what is there of a picture that ends too early is wanted.
+    /// Whether the part of a truncated picture that is there is used.
     pub(crate) allow_truncated: bool,
 }
 
@@ -70,8 +68,7 @@ pub(crate) fn decode(path: &Path, format: ImageFormat, how: Decoding) -> Result<
     decode_part(path, format, how).map(|(frame, _)| frame)
 }
 
-/// Decodes what there is of the picture in `path`. If it ends too early and that is allowed, the error comes with
-/// it.
+/// Decodes the picture in `path`. A truncated one, if that is allowed, comes with the error.
 ///
 /// # Errors
 /// When it is broken or too large, or ends too early and that is not allowed.
@@ -84,7 +81,7 @@ pub(crate) fn decode_part(
     fence::run(word(format), decode).map_err(|what| Error::input(path, what))?
 }
 
-/// Words for an input that ends too early.
+/// The message for an input that ends too early.
 pub(crate) fn cut_short(format: &str, how: &str) -> String {
     format!(
         "the {format} ends too early ({how}); get a complete copy, or keep what is there with \
@@ -92,7 +89,7 @@ pub(crate) fn cut_short(format: &str, how: &str) -> String {
     )
 }
 
-/// Words for a picture that is too large.
+/// Checks the size of a picture.
 ///
 /// # Errors
 /// When `size` has no pixel or is above the limits.
@@ -110,7 +107,7 @@ pub(crate) fn check_picture(path: &Path, size: Size) -> Result<()> {
     })
 }
 
-/// The `image` crate's word for a format.
+/// The short name of a format.
 pub(crate) fn word(format: ImageFormat) -> &'static str {
     match format {
         ImageFormat::Png => "png",
@@ -124,12 +121,12 @@ pub(crate) fn word(format: ImageFormat) -> &'static str {
     }
 }
 
-/// A format's word as one writes it in a sentence.
+/// The short name of a format as it is written in a sentence.
 pub(crate) fn title(word: &str) -> String {
     if word == "webp" { "WebP".into() } else { word.to_uppercase() }
 }
 
-/// Words for what a decoder found wrong. `name` is the format's.
+/// The message for an `error` of a decoder. `name` is the format's short name.
 pub(crate) fn broken(error: &ImageError, name: &str) -> String {
     let name = title(name);
     match error {
@@ -158,16 +155,16 @@ fn is_cut_short(error: &ImageError) -> bool {
         }
         cause = c.source();
     }
-    // Not every decoder carries the cause; those that do not say it in these words.
+    // Some decoders have no cause, but use these words.
     let text = error.to_string().to_lowercase();
     ["eof", "end of file", "exhausted", "truncated", "fill whole buffer", "no more data"]
         .iter()
         .any(|words| text.contains(words))
 }
 
-/// What is known of a picture before its pixels are decoded.
+/// The properties of a picture that are known before its pixels are decoded.
 struct Facts {
-    /// As it lies in the file.
+    /// Size as stored, before the orientation is applied.
     size: Size,
     alpha: bool,
     orientation: Orientation,
@@ -181,7 +178,7 @@ struct Opened<'a> {
     format: ImageFormat,
     facts: Facts,
     pixels: Pixels<'a>,
-    /// What is known to be missing at its end.
+    /// Which part is missing at its end, if any.
     missing: Option<&'static str>,
 }
 
@@ -228,8 +225,8 @@ impl Opened<'_> {
         Opened { format, facts, pixels: Pixels::Image(decoder), missing: None }
     }
 
-    /// Bytes that a pixel takes while it is decoded: as the decoder has it (some keep a picture of their
-    /// own), and as RGBA.
+    /// Bytes of memory for a pixel while it is decoded: in the decoder's format, twice if the decoder buffers the
+    /// picture, and as RGBA.
     fn bytes_per_pixel(&self) -> u64 {
         4 + match &self.pixels {
             Pixels::Png(decoder) => png::bytes_per_pixel(decoder),
@@ -255,7 +252,7 @@ impl Opened<'_> {
         };
         let cut = match read {
             Ok(()) => None,
-            // Of a WebP that ends too early, the decoder says only that it is broken.
+            // For a truncated WebP the decoder reports only that it is broken.
             Err(e) if !is_cut_short(&e) => {
                 let broken = Error::input(path, broken(&e, word(format)));
                 return Err(missing.unwrap_or(broken));
@@ -274,7 +271,7 @@ impl Opened<'_> {
 }
 
 impl Facts {
-    /// The frame of `pixels`: in sRGB, upright, colours not premultiplied.
+    /// The frame of `pixels`: converted to sRGB, upright, with straight alpha.
     fn finished(self, path: &Path, mut pixels: Vec<Rgba>) -> Result<Frame> {
         let mut opaque = !self.alpha;
         match self.extra {
@@ -304,41 +301,6 @@ impl Facts {
     }
 }
 
-/// Makes pixels of what was read, once it is known that they are wanted.
-type Convert<'a> = Box<dyn FnOnce() -> Result<Vec<Rgba>> + 'a>;
-
-fn decode_png<'a>(mut decoder: png::Png, size: Size) -> (Result<(), ImageError>, Convert<'a>) {
-    let mut rows = Rows::default();
-    let read = rows.read(&mut decoder);
-    (read, Box::new(move || Ok(rows.pixels(&decoder, size))))
-}
-
-fn decode_image<'a>(
-    path: &'a Path,
-    decoder: Box<dyn ImageDecoder + 'a>,
-    format: ImageFormat,
-) -> Result<(Result<(), ImageError>, Convert<'a>)> {
-    let colour = decoder.color_type();
-    let bytes = usize::try_from(decoder.total_bytes())
-        .map_err(|_| Error::input(path, "the picture does not fit into memory"))?;
-    if colour == ColorType::Rgba8 {
-        let mut pixels = vec![[0; 4]; bytes / 4];
-        let read = decoder.read_image_boxed(pixels.as_flattened_mut());
-        return Ok((read, Box::new(move || Ok(pixels))));
-    }
-    let mut raw = vec![0; bytes];
-    let read = decoder.read_image_boxed(&mut raw);
-    Ok((read, Box::new(move || to_rgba(path, colour, &raw, format))))
-}
-
-/// What a decoder that answers with pixels gives.
-fn decoded<'a>(read: Result<Vec<Rgba>, ImageError>) -> (Result<(), ImageError>, Convert<'a>) {
-    match read {
-        Ok(pixels) => (Ok(()), Box::new(move || Ok(pixels))),
-        Err(e) => (Err(e), Box::new(|| Ok(Vec::new()))),
-    }
-}
-
 fn open_png<'a>(path: &Path) -> Result<Opened<'a>> {
     let decoder = png::open(path, 1)?;
     let exif = decoder.info().exif_metadata.as_deref().and_then(Orientation::from_exif_chunk);
@@ -359,7 +321,7 @@ fn open_jpeg<'a>(path: &Path, limit: Limit, header: bool) -> Result<Opened<'a>> 
     let copy = if split_scans { bytes.clone() } else { Vec::new() };
     let decoder = decoder(path, Cursor::new(bytes), ImageFormat::Jpeg, limit)?;
     let mut opened = Opened::new(decoder, ImageFormat::Jpeg);
-    // The decoder fills up what is missing with gray and says nothing.
+    // The decoder fills missing parts with gray, without an error.
     opened.missing = (!complete).then_some("its end marker is missing");
     if split_scans && !opened.facts.gray {
         opened.pixels = Pixels::Jpeg(copy);
@@ -400,39 +362,4 @@ fn decoder<'a, R: BufRead + Seek + 'a>(
         Ok(decoder) => Ok(Box::new(decoder)),
         Err(e) => Err(Error::input(path, broken(&e, word(format)))),
     }
-}
-
-/// Pixels of any layout as 8-bit RGBA. 16-bit values are rounded to the nearest of 255.
-fn to_rgba(path: &Path, colour: ColorType, raw: &[u8], format: ImageFormat) -> Result<Vec<Rgba>> {
-    let narrow = |v: [u8; 2]| ((u32::from(u16::from_ne_bytes(v)) + 128) / 257) as u8;
-    let float = |v: [u8; 4]| (f32::from_ne_bytes(v).clamp(0.0, 1.0) * 255.0).round() as u8;
-    Ok(match colour {
-        ColorType::L8 => raw.iter().map(|&v| [v, v, v, 255]).collect(),
-        ColorType::La8 => raw.as_chunks().0.iter().map(|&[v, a]| [v, v, v, a]).collect(),
-        ColorType::Rgb8 => raw.as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect(),
-        ColorType::Rgba8 => raw.as_chunks().0.to_vec(),
-        ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16 => {
-            let values: Vec<u8> = raw.as_chunks().0.iter().map(|&v| narrow(v)).collect();
-            let narrow = match colour {
-                ColorType::L16 => ColorType::L8,
-                ColorType::La16 => ColorType::La8,
-                ColorType::Rgb16 => ColorType::Rgb8,
-                _ => ColorType::Rgba8,
-            };
-            return to_rgba(path, narrow, &values, format);
-        }
-        ColorType::Rgb32F | ColorType::Rgba32F => {
-            let values: Vec<u8> = raw.as_chunks().0.iter().map(|&v| float(v)).collect();
-            let narrow =
-                if colour == ColorType::Rgb32F { ColorType::Rgb8 } else { ColorType::Rgba8 };
-            return to_rgba(path, narrow, &values, format);
-        }
-        other => {
-            let name = title(word(format));
-            let what = format!(
-                "this kind of {name} is not supported (pixels of type {other:?}); save it as 8-bit PNG first"
-            );
-            return Err(Error::input(path, what));
-        }
-    })
 }

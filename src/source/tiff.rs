@@ -1,4 +1,4 @@
-//! What the tags of a TIFF mean for its pixels, and which of them cannot be honoured (TIFF 6.0).
+//! Reads the tags of a TIFF that change its pixels, and refuses those that are not supported (TIFF 6.0).
 
 use std::io::{BufRead, Seek};
 
@@ -13,16 +13,16 @@ use super::profile::{ColourSpace, Primaries};
 use crate::frame::Rgba;
 use crate::geom::Size;
 
-/// What the tags of a TIFF say.
+/// The meaning of a TIFF's tags.
 #[derive(Default)]
 pub(super) struct Tags {
-    /// What the fourth sample of a colour, or the second of a gray, is.
+    /// The meaning of the fourth sample of a colour, or the second of a gray.
     pub(super) extra: Extra,
     /// The colour space, if it is not sRGB by default.
     pub(super) space: Option<ColourSpace>,
     /// Whether the picture is gray.
     pub(super) gray: bool,
-    /// How it must be turned to stand upright (tag Orientation).
+    /// The orientation of the picture (tag Orientation).
     pub(super) orientation: u8,
     /// A gray picture of few bits, which is decoded here.
     pub(super) few_bits: Option<FewBits>,
@@ -36,7 +36,7 @@ pub(super) struct FewBits {
 }
 
 impl FewBits {
-    /// Width and height as they lie in the file.
+    /// Width and height as stored.
     pub(super) fn size(&self) -> Size {
         self.size
     }
@@ -54,7 +54,7 @@ impl FewBits {
         let mut pixels = Vec::with_capacity(self.size.pixels());
         for row in bytes.chunks((width * bits).div_ceil(8)).take(self.size.height as usize) {
             pixels.extend((0..width).map(|x| {
-                // Rows are packed from the highest bit on.
+                // Rows are packed from the highest bit.
                 let byte = row.get(x * bits / 8).copied().unwrap_or(0);
                 let value = usize::from(byte) >> (8 - bits - x * bits % 8) & mask;
                 let gray = (value * 255 / mask) as u8;
@@ -80,16 +80,16 @@ fn fault(error: TiffError) -> ImageError {
 /// The meaning of a sample beyond the colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Extra {
-    /// Alpha, and colours are as they are.
+    /// Straight alpha.
     #[default]
     Alpha,
-    /// Alpha, and colours are multiplied by it.
+    /// Alpha with premultiplied colours.
     Premultiplied,
     /// Not alpha.
     Other,
 }
 
-/// Tags that no crate has a name for.
+/// Tags without a name in the crate.
 const THRESHHOLDING: u16 = 263;
 const FILL_ORDER: u16 = 266;
 const TRANSFER_FUNCTION: u16 = 301;
@@ -101,7 +101,7 @@ const REFERENCE_BLACK_WHITE: u16 = 532;
 /// Reads the tags of the first picture of the TIFF in `reader`.
 ///
 /// # Errors
-/// In words: what cannot be honoured. Faults of the file are left to the decoder.
+/// The message for an unsupported tag. Broken files are left to the decoder.
 pub(super) fn read<R: BufRead + Seek + 'static>(reader: R, limit: Limit) -> Result<Tags, String> {
     let mut limits = tiff::decoder::Limits::default();
     limits.ifd_value_size = METADATA as usize;
@@ -121,7 +121,7 @@ pub(super) fn read<R: BufRead + Seek + 'static>(reader: R, limit: Limit) -> Resu
 struct File<R: BufRead + Seek>(Decoder<R>);
 
 impl<R: BufRead + Seek> File<R> {
-    /// The values of a tag, as far as they are whole numbers.
+    /// The values of a tag that are whole numbers.
     fn numbers(&mut self, tag: Tag) -> Vec<u64> {
         self.0.find_tag_unsigned_vec::<u64>(tag).ok().flatten().unwrap_or_default()
     }
@@ -134,7 +134,7 @@ impl<R: BufRead + Seek> File<R> {
         self.0.get_tag_f32_vec(Tag::Unknown(tag)).unwrap_or_default()
     }
 
-    /// Refuses what would come out wrong.
+    /// Refuses pictures that would be decoded wrongly.
     fn refuse(&mut self) -> Result<(), String> {
         let refuse = |what: &str| {
             Err(format!("this kind of TIFF is not supported ({what}); save it as 8-bit PNG first"))
@@ -165,13 +165,13 @@ impl<R: BufRead + Seek> File<R> {
     fn extra(&mut self) -> Extra {
         match self.numbers(Tag::ExtraSamples).as_slice() {
             [1, ..] => Extra::Premultiplied,
-            // Unspecified data; files that say nothing of the sample mean alpha.
+            // Unspecified extra samples are taken as alpha, as most files mean it.
             [0, ..] => Extra::Other,
             _ => Extra::Alpha,
         }
     }
 
-    /// An ICC profile, else what the tags say of curves and primaries.
+    /// The ICC profile, or the curves and primaries of the tags.
     fn colour_space(&mut self) -> Option<ColourSpace> {
         if let Ok(icc) = self.0.get_tag_u8_vec(Tag::IccProfile) {
             return Some(ColourSpace::Icc(icc));
@@ -200,7 +200,7 @@ impl<R: BufRead + Seek> File<R> {
         [white, primaries.red, primaries.green].iter().all(possible).then_some(primaries)
     }
 
-    /// The picture, if it is gray and of few bits.
+    /// The picture, if it is gray with few bits.
     fn few_bits(mut self, colour: Option<ColorType>) -> Option<FewBits>
     where
         R: 'static,
@@ -213,7 +213,7 @@ impl<R: BufRead + Seek> File<R> {
     }
 }
 
-/// Undoes the multiplication of colours by alpha.
+/// Converts premultiplied colours to straight ones.
 pub(super) fn unpremultiply(pixels: &mut [[u8; 4]]) {
     for pixel in pixels.iter_mut().filter(|pixel| pixel[3] != 255) {
         let alpha = u32::from(pixel[3]);

@@ -1,13 +1,13 @@
-//! A part of a source: from a time, to a time, a number of frames.
+//! Trims a source: to a start time, an end time, a number of frames.
 //!
-//! A frame belongs to the part when it *starts* in it. Times then count from the part's start.
+//! A frame belongs to the part if its start time is in it. Output times count from the start of the part.
 
 use super::{Decoded, Source, SourceOptions};
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Rational};
 use crate::stream::{Span, StreamInfo};
 
-/// The part of a stream that is wanted.
+/// A part of a stream.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Part {
     start: Rational,
@@ -16,7 +16,7 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    /// The part that `options` ask for, `None` for the whole.
+    /// The part that `options` select; `None` for the whole stream.
     ///
     /// # Errors
     /// When it is empty.
@@ -42,15 +42,15 @@ impl Part {
         Ok(Some(part))
     }
 
-    /// How many of the frames of a constant `rate` may be needed.
+    /// The number of frames of a constant `rate` that have to be decoded, counted from the start of the stream.
     pub(crate) fn needed(&self, rate: Rational) -> u64 {
         let upto = |end: Rational| ceil(end * rate);
         let by_frames = upto(self.start).saturating_add(self.frames);
         self.end.map_or(by_frames, |end| upto(end).min(by_frames))
     }
 
-    /// What is known of the part of a stream. The number of frames is known where they are shown at
-    /// a constant rate, or only their number is limited.
+    /// The properties of the part of the stream `info`. The number of frames is known if the rate is constant, or if
+    /// only the number is limited.
     pub(crate) fn info(&self, mut info: StreamInfo) -> StreamInfo {
         if info.still {
             return info;
@@ -64,7 +64,7 @@ impl Part {
                 Some(self.needed(rate).min(total).saturating_sub(skipped).min(self.frames))
             }
             (_, Some(total)) if whole => Some(total.min(self.frames)),
-            // A single frame is a picture, whatever becomes of the rest.
+            // One frame makes a still.
             _ => (self.frames == 1).then_some(1),
         };
         info.duration = match (info.frames, steady) {
@@ -72,7 +72,7 @@ impl Part {
             (Some(frames), Some(rate)) => {
                 rate.recip().map(|length| length * Rational::new(frames as i64, 1))
             }
-            // With a limit on frames it may be less.
+            // Unknown with a limit on the number of frames.
             _ => info.duration.filter(|_| self.frames == u64::MAX).map(|duration| {
                 let end = self.end.map_or(duration, |end| end.min(duration));
                 (end - self.start).max(Rational::ZERO)
@@ -82,8 +82,8 @@ impl Part {
     }
 }
 
-/// Whether a stream's frames and length agree with its `rate`: that of a video may only be the finest
-/// step between its frames.
+/// Whether the number of frames and the duration of a stream agree with its `rate`. That of a video with a variable
+/// rate is only the finest step between frames.
 fn is_steady(rate: Rational, info: &StreamInfo) -> bool {
     let (Some(frames), Some(duration)) = (info.frames, info.duration) else { return false };
     let frames = Rational::new(i64::try_from(frames).unwrap_or(i64::MAX), 1);
@@ -91,17 +91,17 @@ fn is_steady(rate: Rational, info: &StreamInfo) -> bool {
     off.max(-off) <= Rational::new(1, 1)
 }
 
-/// The smallest whole number that is not below `value`, which is not negative.
+/// `value`, at least 0, rounded up.
 fn ceil(value: Rational) -> u64 {
     u64::try_from(-(-value.num).div_euclid(value.den)).unwrap_or(0)
 }
 
-/// A source that is cut to a part.
+/// A source that delivers a part of another.
 pub(crate) struct Trim {
     inner: Box<dyn Source>,
     part: Part,
     delivered: u64,
-    /// Whether frames were left out that nobody wanted.
+    /// Whether frames of the part were skipped on request.
     skipped: bool,
 }
 
@@ -114,7 +114,7 @@ impl Trim {
         Self { inner, part, delivered: 0, skipped: false }
     }
 
-    /// The end, where there was nothing in between if no frame was delivered.
+    /// The end of the part: an error if it had no frame.
     fn end(&self) -> Result<Option<Decoded>> {
         if self.delivered == 0 && !self.skipped {
             let start = self.part.start.to_f64();
@@ -133,7 +133,7 @@ impl Source for Trim {
     }
 
     fn skip_to(&mut self, start: Rational) {
-        // Frames that nobody sees count all the same where their number is limited.
+        // Skipped frames count too if the number of frames is limited: then none can be skipped.
         if self.part.frames == u64::MAX {
             self.skipped = start > Rational::ZERO;
             self.inner.skip_to(self.part.start + start);

@@ -1,5 +1,5 @@
-//! WebP (WebP container specification): what the chunks of an animation say, and its frames, each decoded as
-//! a still and composed here.
+//! WebP (WebP container specification): reads the chunks of an animation, decodes each of its frames as a still, and
+//! composes them.
 
 use std::fs::File;
 use std::io::{BufReader, Cursor, ErrorKind, Read, Seek, SeekFrom};
@@ -35,8 +35,7 @@ pub(crate) fn facts(path: &Path) -> Result<Option<Facts>> {
     chunks(&mut BufReader::new(file), length).map_err(unreadable)
 }
 
-/// Whether the file in `path` is as long as its header says. The decoder takes a shorter one for a
-/// broken one.
+/// Whether the file `path` is as long as its header says. The decoder reports a shorter one as broken.
 ///
 /// # Errors
 /// When it cannot be read.
@@ -48,14 +47,14 @@ pub(crate) fn is_complete(path: &Path) -> Result<bool> {
     Ok(fill(&mut file, &mut start).map_err(unreadable)? && length >= file_end(&start))
 }
 
-/// Where the file ends, by its header.
+/// The end of the file, by its header.
 fn file_end(start: &[u8]) -> u64 {
     8 + u64::from(le32(start, 4))
 }
 
 fn chunks(file: &mut BufReader<File>, file_length: u64) -> std::io::Result<Option<Facts>> {
     let mut start = [0; 30];
-    // The extended header comes first where there is one, and only it can announce an animation.
+    // The extended header is the first chunk, if there is one, and only it can announce an animation.
     if !fill(file, &mut start)? || &start[12..16] != b"VP8X" || start[20] & ANIMATION == 0 {
         return Ok(None);
     }
@@ -101,7 +100,7 @@ fn chunks(file: &mut BufReader<File>, file_length: u64) -> std::io::Result<Optio
 /// The frames of an animated WebP, composed one after the other.
 pub(super) struct WebP {
     file: BufReader<File>,
-    /// Where the next chunk begins, and where the last one ends.
+    /// The start of the next chunk, and the end of the last one.
     at: u64,
     end: u64,
     canvas: Canvas,
@@ -139,7 +138,7 @@ impl WebP {
         Ok(Self { file, at, end, canvas, size, limit, to_srgb: None })
     }
 
-    /// The next frame, and how long it is shown; `None` after the last one.
+    /// The next frame and its duration; `None` after the last one.
     pub(super) fn next(&mut self) -> ImageResult<Option<(Vec<Rgba>, Rational)>> {
         while let Some((kind, length)) = self.header()? {
             match &kind {
@@ -159,7 +158,7 @@ impl WebP {
         Ok(None)
     }
 
-    /// The next chunk's kind and length; the one after it is the next.
+    /// The kind and length of the next chunk; moves on to the one after it.
     fn header(&mut self) -> ImageResult<Option<([u8; 4], u32)>> {
         let mut header = [0; 8];
         self.file.seek(SeekFrom::Start(self.at))?;
@@ -171,7 +170,7 @@ impl WebP {
         Ok(Some(([header[0], header[1], header[2], header[3]], length)))
     }
 
-    /// The data of the chunk whose header was read.
+    /// The data of the chunk whose header was read last.
     fn data(&mut self, length: u32) -> ImageResult<Vec<u8>> {
         if u64::from(length) > self.limit.0 {
             let kind = LimitErrorKind::InsufficientMemory;
@@ -185,7 +184,7 @@ impl WebP {
         Ok(data)
     }
 
-    /// The picture in `chunks`, of a frame of `size`, decoded as a still of its own.
+    /// Decodes the picture in `chunks`, of a frame of `size`, as a still.
     fn decoded(&self, chunks: &[u8], size: Size) -> ImageResult<Vec<Rgba>> {
         let still = still(chunks, size)?;
         let mut decoder = WebPDecoder::new(Cursor::new(still))?;
@@ -224,7 +223,7 @@ fn broken(what: &str) -> ImageError {
     ImageError::Decoding(DecodingError::new(ImageFormat::WebP.into(), what))
 }
 
-/// Reads the header of a frame in front of its chunks.
+/// Reads the header of a frame before its chunks.
 fn head(data: &[u8], canvas: Size) -> ImageResult<Head> {
     if data.len() < 16 {
         return Err(broken("a frame without a header"));
@@ -244,7 +243,7 @@ fn head(data: &[u8], canvas: Size) -> ImageResult<Head> {
     })
 }
 
-/// A still WebP of a frame's `chunks`: the lossless picture, or the lossy one and its alpha.
+/// A still WebP from the `chunks` of a frame: the lossless picture, or the lossy one and its alpha.
 fn still(chunks: &[u8], size: Size) -> ImageResult<Vec<u8>> {
     let mut body = b"WEBP".to_vec();
     let mut alpha: &[u8] = &[];
@@ -258,7 +257,7 @@ fn still(chunks: &[u8], size: Size) -> ImageResult<Vec<u8>> {
             b"ALPH" => alpha = chunk,
             b"VP8L" => {
                 push(&mut body, chunk);
-                // Alpha is used whether the header says so or not, as libwebp has it.
+                // Alpha is used whatever the header says, as by libwebp.
                 if let Some(flags) = body.get_mut(4 + 8 + 4) {
                     *flags |= 1 << 4;
                 }
@@ -291,8 +290,8 @@ fn riff(body: &[u8]) -> Vec<u8> {
     [b"RIFF", &(body.len() as u32).to_le_bytes()[..], body].concat()
 }
 
-/// `new` laid over `old`, colours not premultiplied, in integers as libwebp's decoder of animations does it
-/// (but that what is left of the old alpha is rounded to the nearest).
+/// `new` composed over `old` with straight alpha, in integers as in libwebp's animation decoder (except that the
+/// remaining old alpha is rounded to the nearest).
 fn over(new: Rgba, old: Rgba) -> Rgba {
     if new[3] == 0 {
         return old;

@@ -1,9 +1,10 @@
-//! YUV4MPEG2, the raw video of pipes: a line of text, then planes, each frame with a line of its own.
+//! Reads YUV4MPEG2 (y4m), the raw video of pipes: a line of text, then the planes of each frame after a line of its
+//! own.
 //!
 //! 8 bits: 4:2:0 (sited as JPEG, MPEG-2 or PAL DV), 4:2:2, 4:4:4, 4:4:4 with alpha, and mono. The
-//! range is that of `XCOLORRANGE=FULL` or `LIMITED`, limited if untold; there is no field for the
-//! matrix, so that the size decides ([`Coding::of`]). Frames are at a constant rate. Reference:
-//! yuv4mpeg(5) of mjpegtools and ffmpeg's reader and writer.
+//! range is that of `XCOLORRANGE=FULL` or `LIMITED`, by default limited. There is no field for the matrix: the size
+//! decides it ([`Coding::of`]). The frame rate is constant. Reference: yuv4mpeg(5) of mjpegtools, and ffmpeg's reader
+//! and writer.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, IsTerminal, Read};
@@ -19,14 +20,14 @@ use crate::geom::Size;
 use crate::source::{Decoded, Input, Source, detect};
 use crate::stream::{Loops, Span, StreamInfo};
 
-/// What to do about something else.
+/// Advice in messages about other formats.
 const CURE: &str = "ffmpeg makes one with -f yuv4mpegpipe";
-/// What a stream begins with.
+/// The first bytes of a stream.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
-/// Longest line of text that is read.
+/// The longest line of text that is read, in bytes.
 const MAX_LINE: u64 = 4096;
-/// Rate where none is told, as ffmpeg has it.
-const USUAL_RATE: Rational = Rational { num: 25, den: 1 };
+/// Rate of a stream without one; ffmpeg's default.
+const DEFAULT_RATE: Rational = Rational { num: 25, den: 1 };
 
 /// A y4m stream being read.
 pub struct Y4mSource<R> {
@@ -35,10 +36,10 @@ pub struct Y4mSource<R> {
     info: StreamInfo,
     header: Header,
     planes: Vec<u8>,
-    /// Of a frame that came back.
+    /// Of a recycled frame.
     buffers: Buffers,
     count: u64,
-    /// Frames before this moment are not wanted.
+    /// Frames before this time are skipped, in seconds.
     from: Rational,
 }
 
@@ -49,7 +50,7 @@ struct Header {
     rate: Rational,
     /// Width of a pixel by its height.
     aspect: Rational,
-    /// `XCOLORRANGE`, in ffmpeg's words.
+    /// `XCOLORRANGE`, by ffmpeg's names.
     range: Option<String>,
     /// Length of the line.
     bytes: u64,
@@ -85,7 +86,7 @@ pub(crate) fn open(path: PathBuf) -> Result<Input> {
         return Ok(piped(source, paths));
     }
     let info = source.info.clone();
-    // The header has been read: the first time goes on from there.
+    // The first pass continues after the header, which has been read.
     let mut first = Some(source);
     Ok(Input::new(paths, info, move || {
         Ok(Box::new(match first.take() {
@@ -105,12 +106,12 @@ fn piped<R: Read + Send + 'static>(source: Y4mSource<R>, paths: Arc<[PathBuf]>) 
 }
 
 impl Y4mSource<File> {
-    /// Tells the number of frames from the length of the file.
+    /// Finds the number of frames from the length of the file.
     fn count_frames(&mut self) {
         let frame = self.header.layout.bytes() as u64 + "FRAME\n".len() as u64;
         let Ok(file) = self.input.get_ref().metadata() else { return };
         let bytes = file.len().saturating_sub(self.header.bytes);
-        // Frames may have parameters of their own, and the file may be cut short.
+        // Frame lines may have parameters, and the file may be truncated: then the number is unknown.
         if file.is_file() && bytes.is_multiple_of(frame) {
             let frames = bytes / frame;
             self.info.frames = Some(frames);
@@ -124,7 +125,7 @@ impl<R: Read> Y4mSource<R> {
     /// Reads the header of `input`, which is called `path` in messages (`-` for standard input).
     ///
     /// # Errors
-    /// [`Error::Input`] when it is no y4m or of a kind that we do not read.
+    /// [`Error::Input`] when it is not y4m, or has a pixel format that is not supported.
     pub fn new(input: R, path: &Path) -> Result<Self> {
         let mut input = BufReader::with_capacity(1 << 16, input);
         let fail = |what: String| Error::input(path, what);
@@ -165,7 +166,7 @@ impl<R: Read> Y4mSource<R> {
         })
     }
 
-    /// What the header tells.
+    /// The properties of the stream, from its header.
     pub fn info(&self) -> &StreamInfo {
         &self.info
     }
@@ -191,7 +192,7 @@ impl<R: Read> Y4mSource<R> {
         Ok(true)
     }
 
-    /// Reads the planes of a frame. Memory that is not there yet grows with the data: a header may lie.
+    /// Reads the planes of a frame. New memory is allocated only as data arrives, since the header may be wrong.
     fn fill_planes(&mut self) -> io::Result<()> {
         let bytes = self.header.layout.bytes();
         let known = self.planes.capacity().min(bytes);
@@ -248,7 +249,7 @@ impl<R: Read> Source for Y4mSource<R> {
     }
 }
 
-/// A line without its end.
+/// A line of text without its line break.
 fn read_line(input: &mut impl BufRead) -> io::Result<String> {
     let mut line = Vec::new();
     input.take(MAX_LINE).read_until(b'\n', &mut line)?;
@@ -263,7 +264,7 @@ fn read_line(input: &mut impl BufRead) -> io::Result<String> {
     String::from_utf8(line).map_err(|_| io::Error::other("a line is not text"))
 }
 
-/// The size with square pixels: rows stay, columns are stretched.
+/// The size with square pixels: the height stays.
 fn square(size: Size, aspect: Rational) -> Size {
     let width = (f64::from(size.width) * aspect.to_f64()).round().clamp(1.0, f64::from(u32::MAX));
     Size::new(width as u32, size.height)
@@ -275,14 +276,14 @@ fn parse(line: &str) -> Result<Header, String> {
         return Err(format!("this is no y4m stream: it does not begin with YUV4MPEG2; {CURE}"));
     }
     let (mut width, mut height, mut space) = (0, 0, "420jpeg");
-    let (mut rate, mut aspect, mut range) = (USUAL_RATE, Rational::new(1, 1), None);
+    let (mut rate, mut aspect, mut range) = (DEFAULT_RATE, Rational::new(1, 1), None);
     for field in fields.filter(|field| !field.is_empty()) {
         let Some((tag, value)) = field.split_at_checked(1) else { continue };
         let wrong = || format!("the y4m header has an impossible '{field}'");
         match tag {
             "W" => width = value.parse().map_err(|_| wrong())?,
             "H" => height = value.parse().map_err(|_| wrong())?,
-            "F" => rate = fraction(value).ok_or_else(wrong)?.unwrap_or(USUAL_RATE),
+            "F" => rate = fraction(value).ok_or_else(wrong)?.unwrap_or(DEFAULT_RATE),
             "A" => aspect = fraction(value).ok_or_else(wrong)?.unwrap_or(aspect),
             "C" => space = value,
             "X" => match value.strip_prefix("COLORRANGE=") {
@@ -290,7 +291,7 @@ fn parse(line: &str) -> Result<Header, String> {
                 Some("LIMITED") => range = Some("tv".to_string()),
                 _ => {}
             },
-            // Interlacing: lines are taken as they come. Others are comments.
+            // Interlacing is ignored. Other fields are comments.
             _ => {}
         }
     }
@@ -313,7 +314,7 @@ fn parse(line: &str) -> Result<Header, String> {
     Ok(Header { layout, rate, aspect, range, bytes })
 }
 
-/// `30000:1001`; inner `None` for `0:0`, which means untold. Bounded, so that times stay exact.
+/// A fraction such as `30000:1001`; inner `None` for `0:0`, which means unknown. 32-bit parts keep times exact.
 fn fraction(text: &str) -> Option<Option<Rational>> {
     let (num, den) = text.split_once(':')?;
     let (num, den): (u32, u32) = (num.parse().ok()?, den.parse().ok()?);
@@ -332,14 +333,14 @@ mod tests {
     }
 
     #[test]
-    fn headers_tell_size_rate_and_range() {
+    fn a_header_has_size_rate_and_range() {
         let source = open(b"YUV4MPEG2 W6 H4 F30000:1001 Ip A4:3 C420mpeg2 XCOLORRANGE=FULL\n")
             .expect("fine");
         let info = source.info();
         assert_eq!((info.size, info.rate), (Size::new(8, 4), Some(Rational::new(30000, 1001))));
         assert_eq!(info.colour.as_ref().and_then(|c| c.range.as_deref()), Some("pc"));
         let bare = open(b"YUV4MPEG2 W6 H4 F0:0 A0:0\n").expect("fine");
-        assert_eq!((bare.info().size, bare.info().rate), (Size::new(6, 4), Some(USUAL_RATE)));
+        assert_eq!((bare.info().size, bare.info().rate), (Size::new(6, 4), Some(DEFAULT_RATE)));
     }
 
     #[test]
@@ -379,7 +380,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_that_came_back_is_filled_again() {
+    fn a_recycled_frame_is_filled_again() {
         let film = [b"YUV4MPEG2 W2 H2 F25:1 Cmono\n" as &[u8], b"FRAME\n\x10\x20\x30\x40"].concat();
         let film = [&film[..], b"FRAME\n\xf0\xf1\xf2\xf3"].concat();
         let next = |source: &mut Y4mSource<&[u8]>| source.next().expect("fine").expect("a frame");

@@ -28,7 +28,7 @@ struct Manifest {
 struct Experiment {
     name: String,
     about: String,
-    /// Rust expressions, tried beside the value that stands in the sources.
+    /// Rust expressions that are compared with the value in the sources.
     values: Vec<String>,
     /// Names of clips.
     clips: Vec<String>,
@@ -74,7 +74,7 @@ pub(crate) fn list() -> Result<()> {
 /// Measures the constant of the experiment `name` and prints a table.
 ///
 /// # Errors
-/// When there is none of that name, an option is unknown, or a build or a render fails.
+/// When no experiment has that name, an option is unknown, or a build or a render fails.
 pub(crate) fn measure(name: &str, options: &[&str]) -> Result<()> {
     let (mut frames, mut word) = (None, "");
     for pair in options.chunks(2) {
@@ -106,7 +106,7 @@ pub(crate) fn measure(name: &str, options: &[&str]) -> Result<()> {
         for clip in &clips {
             let figures = figures(&program, clip, frames.unwrap_or(clip.frames), &experiment.args)?;
             let first = before.entry(clip.name.clone()).or_insert_with(|| figures.as_list());
-            println!("| {value} | {} | {} |", clip.name, figures.beside(first).join(" | "));
+            println!("| {value} | {} | {} |", clip.name, figures.relative_to(first).join(" | "));
         }
     }
     Ok(())
@@ -118,7 +118,7 @@ impl Figures {
     }
 
     /// Each figure, and its ratio to the one of the value in the sources.
-    fn beside(&self, first: &[Option<f64>; 4]) -> Vec<String> {
+    fn relative_to(&self, first: &[Option<f64>; 4]) -> Vec<String> {
         let pairs = self.as_list().into_iter().zip(first);
         let cell = |(now, first): (Option<f64>, &Option<f64>)| match (now, first) {
             (Some(now), Some(first)) => format!("{now:.3} ({:.3})", now / first),

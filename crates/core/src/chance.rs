@@ -1,17 +1,17 @@
-//! Chance as a hash of seed and position, never as a sequence: the same pixel keeps its rank in every
-//! frame, on any number of threads.
+//! Random numbers as hashes of a seed and a position, not as a sequence: a pixel has the same number in every frame,
+//! on any number of threads.
 
-/// What a throw is for; throws for different purposes are independent.
+/// The use of a random number; numbers for different purposes are independent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Purpose {
-    /// Which pixels inside a colour region become candidates.
+    /// The choice of candidates inside colour regions.
     Interior = 1,
-    /// Which candidates of a cell are kept.
+    /// The choice of candidates of a cell.
     Keep = 2,
-    /// Which seeds go first when there are too many.
+    /// The order in which seeds are removed.
     Trim = 3,
-    /// Where the grid, or a border point, begins.
+    /// Offsets of the grid and of border points.
     Phase = 4,
     /// Noise that `evaluate` adds to a picture.
     Noise = 5,

@@ -38,7 +38,7 @@ pub fn edges(pixels: &mut [Rgba], mesh: &Mesh, colour: Rgba, width: u32) -> u32 
     let mut drawn = 0;
     for &[a, b, c] in &mesh.triangles {
         for (from, to) in [(a, b), (b, c), (c, a)] {
-            // The neighbour has the same edge the other way round; those on the border stand alone.
+            // The neighbour has the same edge reversed; border edges occur once.
             let (p, q) = (mesh.vertices[from as usize], mesh.vertices[to as usize]);
             if from < to || mesh.on_one_border(from, to) {
                 drawn += stroke(pixels, mesh.size, (p, q), colour, &brush);
@@ -48,7 +48,7 @@ pub fn edges(pixels: &mut [Rgba], mesh: &Mesh, colour: Rgba, width: u32) -> u32 
     drawn
 }
 
-/// As [`edges`], but only those between two triangles for which `wanted(t, u)`, `t` below `u`.
+/// As [`edges`], but only edges between two triangles with `wanted(t, u)`, `t` below `u`.
 pub fn some_edges(
     pixels: &mut [Rgba],
     mesh: &Mesh,
@@ -69,9 +69,9 @@ pub fn some_edges(
     drawn
 }
 
-/// Draws those edges of `mesh` on `pixels` that `colour(t, u)` gives a colour, where `u`, the triangle on the
-/// other side, is `None` on the frame's border. Where lines meet, the more opaque one is seen. Returns what
-/// was drawn in each colour, by opacity.
+/// Draws the edges of `mesh` on `pixels` in the colours of `colour(t, u)`, if any, where `u`, the triangle on the
+/// other side, is `None` on the frame's border. Where lines meet, the more opaque one is visible. Returns the fills
+/// by opacity.
 pub fn shaded_edges(
     pixels: &mut [Rgba],
     mesh: &Mesh,
@@ -114,8 +114,7 @@ pub(crate) fn sides(mesh: &Mesh) -> Vec<(u32, u32, u32)> {
 /// The rows of a disc, from the top: how far below the middle each is, its first and its last column.
 type Brush = Vec<(i64, (i64, i64))>;
 
-/// Draws the line between two points with `brush`; returns the pixels drawn, each as often as the brush
-/// came over it.
+/// Draws the line between two points with `brush`; returns the pixels drawn, each as often as it was drawn.
 fn stroke(
     pixels: &mut [Rgba],
     size: Size,

@@ -1,4 +1,4 @@
-//! What can go wrong in the engine.
+//! The errors of the engine.
 
 use crate::geom::Size;
 
@@ -16,13 +16,13 @@ pub enum Error {
         name: String,
         /// Its value.
         value: String,
-        /// The values that it can have, in words.
+        /// Its range, in words.
         range: String,
     },
-    /// Options cannot be understood, or exclude each other.
+    /// Options that cannot be parsed, or exclude each other.
     #[error("{0}")]
     Options(String),
-    /// There can be no frame of this size, or not with these pixels.
+    /// A frame of this size is not possible, or not with these pixels.
     #[error("a frame of {size} {what}")]
     FrameSize {
         /// Width and height.
@@ -30,10 +30,10 @@ pub enum Error {
         /// What is wrong with it, in words.
         what: String,
     },
-    /// Two pictures that must have one size have two.
+    /// Two pictures that must have the same size differ in it.
     #[error("a picture of {0} cannot be compared with one of {1}")]
     SizeMismatch(Size, Size),
-    /// A picture is too small for what is measured.
+    /// A picture is too small for the measure.
     #[error("a picture of {size} is smaller than the {window}x{window} window of SSIM")]
     TooSmall {
         /// Width and height of the picture.
@@ -41,13 +41,13 @@ pub enum Error {
         /// Side of the window in pixels.
         window: usize,
     },
-    /// No number of points reaches the likeness that was asked for.
+    /// No number of points reaches the requested likeness.
     #[error(
         "{target} cannot be reached: {most} points, one for {pixels_a_point} pixels, come to {likeness}; \
          lower --error"
     )]
     Unreachable {
-        /// The likeness that was asked for.
+        /// The requested likeness.
         target: String,
         /// The largest number of points that was tried.
         most: usize,
@@ -62,7 +62,7 @@ pub enum Error {
 }
 
 impl Error {
-    /// Whether the request itself cannot be meant, whatever the picture.
+    /// Whether the request is wrong for any picture.
     pub fn is_usage(&self) -> bool {
         matches!(self, Self::OutOfRange { .. } | Self::Options(_))
     }

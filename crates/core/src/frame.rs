@@ -1,4 +1,4 @@
-//! Frames, their times, and what is known of a stream before it is read.
+//! Frames, exact fractions for times, and fills.
 
 mod planar;
 
@@ -13,8 +13,8 @@ use planar::Pixels;
 /// The most pixels that a frame may have: 16384 x 16384, 1 GiB of memory.
 pub const MAX_PIXELS: u64 = MAX_SIDE as u64 * MAX_SIDE as u64;
 
-/// A picture of `size` pixels, row by row from the top left. One that came as [planes](Frame::planar)
-/// makes them when they are asked for.
+/// A picture of `size` pixels, row by row from the top left. Pixels are red, green, blue, alpha (straight), 0..255
+/// each. A frame of [planes](Frame::planar) converts its pixels on demand.
 #[derive(Clone, Debug)]
 pub struct Frame {
     size: Size,
@@ -42,8 +42,7 @@ impl Frame {
         Self::known(size, pixels, false)
     }
 
-    /// As [`Frame::new`]; with `opaque` it is known that all pixels have alpha 255, and they are not
-    /// looked through for it.
+    /// As [`Frame::new`]; `opaque` says that all pixels have alpha 255, so that they are not checked.
     ///
     /// # Errors
     /// As [`Frame::new`].
@@ -55,7 +54,7 @@ impl Frame {
             return Err(Error::FrameSize { size, what });
         }
         debug_assert!(!opaque || pixels.iter().all(|pixel| pixel[3] == 255), "opaque pixels");
-        // All of a piece at once, not pixel by pixel up to the first: that is ten times as quick.
+        // Whole pieces at once, not pixel by pixel up to the first transparent one: ten times as fast.
         let both = |all: u32, pixel: &Rgba| all & u32::from_le_bytes(*pixel);
         let whole = |piece: &[Rgba]| piece.iter().fold(u32::MAX, both) >> 24 == 255;
         let opaque = opaque || pixels.chunks(4096).all(whole);
@@ -117,13 +116,13 @@ impl Frame {
         self.row(y)[x as usize]
     }
 
-    /// The pixels themselves.
+    /// The pixels, without copying.
     pub fn into_pixels(self) -> Vec<Rgba> {
         self.pixels.into_vec(self.planes.as_ref())
     }
 }
 
-/// Checks that frames of `size` can be worked on, before memory is taken for one.
+/// Checks the size of a frame, before memory is allocated for it.
 ///
 /// # Errors
 /// When a side is 0 or above [`MAX_SIDE`].
@@ -138,14 +137,14 @@ pub fn check_size(size: Size) -> Result<()> {
     Ok(())
 }
 
-/// Luma of a pixel, 0..255: BT.601 weights in 8.8 fixed point, rounded, as the field's grayscale
-/// conversions have it (ITU-R BT.601; OpenCV `COLOR_RGB2GRAY`).
+/// Luma of a pixel, 0..255: BT.601 weights in 8.8 fixed point, rounded, as usual for grayscale conversion (ITU-R
+/// BT.601; OpenCV `COLOR_RGB2GRAY`).
 pub const fn luma([r, g, b, _]: Rgba) -> u8 {
     ((r as u32 * 4899 + g as u32 * 9617 + b as u32 * 1868 + (1 << 13)) >> 14) as u8
 }
 
-/// `pixel` laid over `background`, opaque: channels mixed by the pixel's alpha, rounded to the nearest.
-/// The background's own alpha is not looked at.
+/// `pixel` composed over `background`, opaque: channels are mixed by the pixel's alpha and rounded to the nearest.
+/// The background's alpha is ignored.
 pub fn over(pixel: Rgba, background: Rgba) -> Rgba {
     let alpha = u32::from(pixel[3]);
     let mix = |c: usize| {
@@ -155,7 +154,7 @@ pub fn over(pixel: Rgba, background: Rgba) -> Rgba {
     [mix(0), mix(1), mix(2), 255]
 }
 
-/// An exact fraction; times in seconds and rates in frames per second are written in it.
+/// An exact fraction, for times in seconds and rates in frames per second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rational {

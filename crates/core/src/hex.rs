@@ -50,7 +50,7 @@ impl HexGrid {
         ROW_PITCH * self.width * self.width
     }
 
-    /// Number of cells, those included that the frame only touches or that lie just beyond it.
+    /// Number of cells, including those that touch the frame or are just outside it.
     pub fn cells(&self) -> usize {
         self.columns * self.rows
     }
@@ -100,8 +100,8 @@ impl HexGrid {
 
     /// Calls `visit(cell, columns)` for each run of pixels of row `y` in one cell, from left to right.
     pub fn row_runs(&self, y: u32, mut visit: impl FnMut(usize, Range<u32>)) {
-        // Cells are convex: where both ends of a stretch lie in one cell, all of it does. A quarter of
-        // a cell at a time finds most borders with few looks.
+        // Cells are convex: if both ends of a stretch are in one cell, all of it is. Steps of a quarter of a cell
+        // find most borders with few lookups.
         let stride = ((self.width / 4.0) as u32).max(1);
         let mut start = 0;
         while start < self.size.width {

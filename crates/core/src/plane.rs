@@ -1,4 +1,4 @@
-//! A value for every pixel of a frame: what maps and metrics work on.
+//! A value for every pixel of a frame, for maps and metrics.
 
 use crate::parallel::prelude::*;
 
@@ -23,7 +23,7 @@ impl<T: Copy> Plane<T> {
         Self { size, values: vec![value; size.pixels()] }
     }
 
-    /// A plane in the `memory` of another one, whose values stay as far as they go; after them it holds `value`.
+    /// A plane in the `memory` of another one. Old values are kept as far as they go, then it holds `value`.
     pub(crate) fn in_memory(size: Size, mut memory: Vec<T>, value: T) -> Self {
         memory.resize(size.pixels(), value);
         Self { size, values: memory }
@@ -70,7 +70,7 @@ impl<T: Copy + Sync> Plane<T> {
 }
 
 impl Plane<u8> {
-    /// The luma of every pixel of `frame`, 0..255 ([`luma`]). Alpha is not looked at.
+    /// The luma of every pixel of `frame`, 0..255 ([`luma`]). Alpha is ignored.
     pub fn luma(frame: &Frame) -> Self {
         let values = frame.pixels().par_iter().with_min_len(1 << 14).map(|&p| luma(p)).collect();
         Self { size: frame.size(), values }

@@ -1,4 +1,4 @@
-//! Residual feedback: the next frame's mesh is refined towards the same residual as the last one's, so that the
+//! Residual feedback: the next frame's mesh is refined towards a target with the last frame's residual, so that the
 //! picture does not flicker.
 //!
 //! With O the output, I the source and T = O' + I - I' the picture whose change since the frame before
@@ -15,7 +15,7 @@ use crate::frame::{Buffers, Frame, Rgba};
 use crate::geom::Size;
 use crate::simd::dispatch;
 
-/// The share m at coherence 1. With more no clip flickers less, and likeness goes on falling.
+/// The share m at coherence 1. A larger one reduces no clip's flicker further, but likeness.
 const MAX_SHARE: f64 = 0.7;
 
 /// One in the fixed-point numbers of the share.
@@ -27,7 +27,7 @@ const ZERO: u8 = 128;
 /// Bytes that are one piece of work.
 const CHUNK: usize = 1 << 16;
 
-/// Asks the paint stage for the [`Residual`] of a frame.
+/// A request to the paint stage for the [`Residual`] of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResidualRequest {
     /// In 1/128.
@@ -37,8 +37,8 @@ pub struct ResidualRequest {
 }
 
 impl ResidualRequest {
-    /// Asks for a residual as strong as `coherence`, 0 to 1, says, to be written in `buffers`. `None` where
-    /// the share would be zero.
+    /// A request with the strength `coherence`, 0 to 1, to be written in `buffers`. `None` if the share would be
+    /// zero.
     pub fn new(coherence: f64, buffers: Buffers) -> Option<Self> {
         let share = (MAX_SHARE * coherence * ONE).round() as i16;
         (share > 0).then_some(Self { share, buffers })

@@ -1,4 +1,4 @@
-//! Which pixels a triangle covers: exact spans, row by row.
+//! Scan conversion: the pixels that a triangle covers, as exact spans, row by row.
 //!
 //! A pixel belongs to the triangle that holds its centre; a centre on an edge belongs to the triangle
 //! on the edge's right or, for level edges, below it (the top-left rule). Both neighbours of an edge
@@ -47,10 +47,10 @@ pub fn spans(triangle: [Point; 3], band: Range<u32>, mut visit: impl FnMut(u32, 
     }
     let mut long = Crossing::new(a, c, start);
     let lower = Crossing::new(b, c, bend.max(start));
-    // Where no row lies above the bend, the upper one is never asked.
+    // If no row is above the middle vertex, the upper edge is never read.
     let mut short = if bend > start { Crossing::new(a, b, start) } else { lower };
     for y in start..end {
-        // A choice, not a branch, and one loop, not two: what is guessed wrong costs more than a row.
+        // A conditional move, not a branch, and one loop, not two: a mispredicted branch costs more than a row.
         short = if y == bend { lower } else { short };
         let (l, s) = (long.next(), short.next());
         // Crossings are exact: what lies further left crosses no later.

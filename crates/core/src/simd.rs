@@ -1,8 +1,8 @@
-//! Loops compiled for each set of vector instructions; the one that the machine has is chosen at run time.
+//! Compiles loops for several sets of vector instructions, and chooses that of the machine at run time.
 
-/// Runs `work` with the widest vector instructions of this machine. What is called inside has to be
-/// `#[inline(always)]`, the closure itself too, or it is compiled for the baseline machine; so is a
-/// closure with a loop that is handed to the likes of `Option::map_or`.
+/// Runs `work` with the widest vector instructions of this machine. Functions called inside must be
+/// `#[inline(always)]`, and so must the closure; otherwise they are compiled for the baseline machine. The same holds
+/// for closures with loops that are passed to functions such as `Option::map_or`.
 ///
 /// Results are the same on every machine, for floating-point numbers too: no operations are fused.
 #[inline(always)]

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// A room of the chain, in the order in which a frame walks through them.
+/// A stage of the chain. Variants are in the order of the work on a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(
     feature = "serde",
@@ -14,11 +14,11 @@ pub enum Stage {
     Decode,
     /// Level one: feature points or a score for every pixel.
     Features,
-    /// Level two: seeds chosen on the hexagonal grid, and carried over in time.
+    /// Level two: choice of seeds on the hexagonal grid, or carrying them from the last frame.
     Sample,
     /// Delaunay triangulation.
     Triangulate,
-    /// Level three: vertices descend the squared error.
+    /// Level three: refinement against the squared error.
     Refine,
     /// Mean colours and fill.
     Rasterise,
@@ -87,7 +87,7 @@ pub struct Percentiles {
 }
 
 impl Percentiles {
-    /// Nearest-rank percentiles of `times`, zero when there are none. Reorders `times`.
+    /// Nearest-rank percentiles of `times`; zero for no times. Reorders `times`.
     pub fn of(times: &mut [Duration]) -> Self {
         times.sort_unstable();
         let at = |share: f64| {

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::geom::{Point, Size};
 use crate::mesh::Mesh;
 
-/// A vertex on its way through spade, whose `bulk_load` reorders: it carries its own number.
+/// A vertex for spade, whose `bulk_load` reorders vertices: it holds its own number.
 struct Numbered {
     at: Point2<f64>,
     number: u32,
@@ -19,9 +19,8 @@ impl HasPosition for Numbered {
     }
 }
 
-/// Triangulates the frame's corners and `seeds` (distinct points of the closed frame, none of them a
-/// corner). Where more than three points lie on one circle the diagonal is the library's choice, the
-/// same for the same points. O(n log n).
+/// Triangulates the frame's corners and `seeds` (distinct points of the closed frame, none of them a corner). If more
+/// than three points are on one circle spade chooses the diagonal, always the same for the same points. O(n log n).
 ///
 /// # Errors
 /// When two seeds are equal or one is a corner.

@@ -4,16 +4,16 @@ use std::io::{self, Read};
 
 use crate::geom::Size;
 
-/// What a NUT file begins with.
+/// The first bytes of a NUT file.
 pub(crate) const ID: &[u8] = b"nut/multimedia container\0";
-/// Start codes of packets that are not frames. All begin with `N`, which no frame does.
+/// Start codes of packets that are not frames. All begin with `N`; no frame does.
 pub(crate) const MAIN: u64 = 0x4E4D_7A56_1F5F_04AD;
 pub(crate) const STREAM: u64 = 0x4E53_1140_5BF2_F9DB;
 pub(crate) const SYNCPOINT: u64 = 0x4E4B_E4AD_EECA_4569;
 pub(crate) const INFO: u64 = 0x4E49_AB68_B596_BA78;
 pub(crate) const INDEX: u64 = 0x4E58_DD67_2F23_E64E;
 
-/// Flags of frames that we use or must understand.
+/// The frame flags that are used or must be understood.
 pub(crate) mod flag {
     pub(crate) const KEY: u64 = 1;
     pub(crate) const CODED_PTS: u64 = 8;
@@ -28,13 +28,13 @@ pub(crate) mod flag {
     pub(crate) const INVALID: u64 = 8192;
 }
 
-/// Headers longer than this are none of ours.
+/// The longest header that is accepted.
 pub(super) const MAX_HEADER: u64 = 1 << 20;
-/// From this size on a packet's header has a checksum of its own, and elision ends.
+/// Packets of this size and more have a checksum of the header, and no elision.
 pub(super) const LONG: u64 = 4096;
 
-/// CRC-32 with generator 0x04C11DB7, most significant bit first, nothing inverted: over a block with
-/// its checksum behind it, it is 0.
+/// CRC-32 with generator 0x04C11DB7, most significant bit first, not inverted. That of a block followed by its
+/// checksum is 0.
 pub(crate) fn crc(bytes: &[u8]) -> u32 {
     bytes.iter().fold(0, |crc: u32, &byte| {
         (0..8).fold(crc ^ u32::from(byte) << 24, |crc, _| {
@@ -81,7 +81,7 @@ impl<R: Read> Numbers for R {
     }
 }
 
-/// What a frame code stands for.
+/// The meaning of a frame code.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Code {
     pub(super) flags: u64,
@@ -98,7 +98,7 @@ pub(super) struct Main {
     pub(super) streams: u64,
     pub(super) time_bases: Vec<(u64, u64)>,
     pub(super) codes: Vec<Code>,
-    /// Beginnings that frames may leave out; the first is empty.
+    /// Prefixes that frames may omit (elision); the first is empty.
     pub(super) headers: Vec<Vec<u8>>,
 }
 
@@ -130,7 +130,7 @@ pub(super) fn read_packet(input: &mut impl Read, first: Option<u8>) -> io::Resul
         input.read_exact(&mut [0; 4])?;
     }
     if code == INDEX {
-        // As long as the stream; of no use to us.
+        // The rest of the stream is not used.
         io::copy(&mut input.take(length), &mut io::sink())?;
         return Ok((code, Vec::new()));
     }
@@ -183,7 +183,7 @@ pub(super) fn read_main(packet: &[u8]) -> io::Result<Main> {
     Ok(Main { streams, time_bases, codes, headers })
 }
 
-/// The table of frame codes: runs of entries whose fields stay as they are until told otherwise.
+/// The table of frame codes: runs of entries; a field keeps its value until it is set again.
 pub(super) fn read_codes(input: &mut &[u8]) -> io::Result<Vec<Code>> {
     let mut codes = Vec::with_capacity(256);
     let mut run = Code { multiplier: 1, ..Code::default() };

@@ -1,6 +1,6 @@
-//! Reads raw video out of a NUT stream, the container in which ffmpeg hands us frames with exact times.
+//! Reads raw video from a NUT stream, by which ffmpeg passes frames with exact times.
 //!
-//! A damaged stream is an error, as it comes through a pipe and cannot be damaged but by its end.
+//! A damaged stream is an error: it comes through a pipe, which can only be cut short.
 
 use std::io::{self, Read};
 
@@ -22,8 +22,7 @@ pub struct NutReader<R> {
 }
 
 impl<R: Read> NutReader<R> {
-    /// Reads the headers of `input`. Every frame must have `frame_bytes` bytes, which bounds what is
-    /// taken into memory.
+    /// Reads the headers of `input`. Every frame must have `frame_bytes` bytes, which bounds the memory.
     ///
     /// # Errors
     /// When the headers cannot be read (`UnexpectedEof` when the stream is empty) or do not hold one
@@ -53,12 +52,12 @@ impl<R: Read> NutReader<R> {
         self.stream.size
     }
 
-    /// The four letters that name its pixel format.
+    /// The four-character code of its pixel format.
     pub fn fourcc(&self) -> [u8; 4] {
         self.stream.fourcc
     }
 
-    /// Seconds of one unit of time.
+    /// The time unit, in seconds.
     pub fn time_base(&self) -> Rational {
         let (num, den) = self.main.time_bases[self.stream.time_base];
         Rational::new(num as i64, den as i64)
@@ -68,7 +67,7 @@ impl<R: Read> NutReader<R> {
     /// end.
     ///
     /// # Errors
-    /// When the stream ends within a frame or makes no sense.
+    /// When the stream ends within a frame or is invalid.
     pub fn next(&mut self, out: &mut Vec<u8>) -> io::Result<Option<i64>> {
         loop {
             let mut first = [0];
@@ -86,7 +85,7 @@ impl<R: Read> NutReader<R> {
         }
     }
 
-    /// Takes over the time of a syncpoint.
+    /// Reads the time of a syncpoint.
     fn synchronise(&mut self, mut packet: &[u8]) -> io::Result<()> {
         let bases = self.main.time_bases.len() as u64;
         let time = packet.number()?;
@@ -150,7 +149,7 @@ impl<R: Read> NutReader<R> {
     }
 }
 
-/// The time that `coded` stands for: whole, or its last `shift` bits near the time before.
+/// Decodes a time: complete, or its last `shift` bits near the last time.
 fn full_pts(coded: u64, shift: u32, last: i64) -> i64 {
     let range = 1i64 << shift;
     let coded = coded as i64;
@@ -161,7 +160,7 @@ fn full_pts(coded: u64, shift: u32, last: i64) -> i64 {
     (coded.wrapping_sub(delta) & (range - 1)) + delta
 }
 
-/// Reads until `buffer` is full or the input ends; returns how much there was.
+/// Reads until `buffer` is full or the input ends; returns the number of bytes.
 fn read_some(input: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
     loop {
         match input.read(buffer) {

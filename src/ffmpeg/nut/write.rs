@@ -1,7 +1,7 @@
-//! Writes raw video as a NUT stream, the container in which we hand frames with exact times to ffmpeg.
+//! Writes raw video as a NUT stream, by which ffmpeg gets frames with exact times.
 //!
-//! Every frame stands alone: a syncpoint
-//! before it, its whole time and its size in its header, and a checksum over that.
+//! Every frame is independent: before it is a syncpoint, and its header has its complete time, its size and a
+//! checksum.
 
 use std::io::{self, Write};
 
@@ -9,12 +9,12 @@ use super::packet::{ID, INFO, MAIN, STREAM, SYNCPOINT, crc, flag};
 use crate::frame::Rational;
 use crate::geom::Size;
 
-/// Bits of a time that may be left out; we never do, but a whole time is written as itself plus 2^bits.
+/// Bits of a time that may be omitted. They never are, but a complete time is written as itself plus 2^bits.
 const SHIFT: u32 = 14;
-/// The only frame code in use.
+/// The only frame code that is used.
 const CODE: u8 = 1;
 
-/// A NUT stream being written, with one raw video in it.
+/// Writes a NUT stream with one raw video.
 pub struct NutWriter<W> {
     output: W,
 }
@@ -36,7 +36,7 @@ fn text(out: &mut Vec<u8>, text: &str) {
     out.extend_from_slice(text.as_bytes());
 }
 
-/// `contents` as a packet: start code, length, contents, checksum. Ours are all short.
+/// `contents` as a packet: start code, length, contents, checksum. All are short.
 fn packet(out: &mut Vec<u8>, code: u64, contents: &[u8]) {
     out.extend(code.to_be_bytes());
     number(out, contents.len() as u64 + 4);
@@ -46,12 +46,12 @@ fn packet(out: &mut Vec<u8>, code: u64, contents: &[u8]) {
 
 fn main_header(time_base: Rational) -> Vec<u8> {
     let mut out = Vec::new();
-    // Version, streams, distance of syncpoints, time bases.
+    // Version, number of streams, distance of syncpoints, time bases.
     for value in [3, 1, 65536, 1, time_base.num as u64, time_base.den as u64] {
         number(&mut out, value);
     }
     let used = flag::KEY | flag::CODED_PTS | flag::SIZE_MSB | flag::CHECKSUM;
-    // 256 codes: 0, ours, and all others but `N`, which is not counted.
+    // 256 codes: 0, the one in use, and all others except `N`, which is not counted.
     for (flags, count) in [(flag::INVALID, 1), (used, 1), (flag::INVALID, 253)] {
         number(&mut out, flags);
         // Six fields follow: time delta, multiplier, stream, size, reserved, count.
@@ -61,7 +61,7 @@ fn main_header(time_base: Rational) -> Vec<u8> {
             number(&mut out, value);
         }
     }
-    // No beginnings of frames that may be left out; ffmpeg wants to be told.
+    // No elision headers; ffmpeg needs the count.
     number(&mut out, 0);
     out
 }
@@ -69,8 +69,8 @@ fn main_header(time_base: Rational) -> Vec<u8> {
 fn stream_header(size: Size, fourcc: [u8; 4]) -> Vec<u8> {
     let mut out = vec![0, 0, 4];
     out.extend(fourcc);
-    // Time base 0, SHIFT, largest step in time without a checksum, no delay, flags or extra data,
-    // size, square pixels, no colour space.
+    // Time base 0, SHIFT, largest step in time without a checksum, no delay, flags or extra data, size, square
+    // pixels, no colour space.
     let (width, height) = (u64::from(size.width), u64::from(size.height));
     for value in [0, u64::from(SHIFT), 1 << 20, 0, 0, 0, width, height, 1, 1, 0] {
         number(&mut out, value);
@@ -78,7 +78,7 @@ fn stream_header(size: Size, fourcc: [u8; 4]) -> Vec<u8> {
     out
 }
 
-/// Tells the demuxer the nominal rate, which it would otherwise have to guess from the first frames.
+/// Writes the nominal rate, which the demuxer would otherwise guess from the first frames.
 fn rate_info(rate: Rational) -> Vec<u8> {
     // Stream 0 (plus one), no chapter, start, length; one entry, of text (-1).
     let mut out = vec![1, 0, 0, 0, 1];
@@ -89,8 +89,8 @@ fn rate_info(rate: Rational) -> Vec<u8> {
 }
 
 impl<W: Write> NutWriter<W> {
-    /// Begins a stream of frames of `size` in the pixel format `fourcc`, whose times are counted in
-    /// `time_base` (positive, both parts below 2^31).
+    /// Starts a stream of frames of `size` in the pixel format `fourcc`, with times in units of `time_base`
+    /// (positive, both parts below 2^31).
     ///
     /// # Errors
     /// When it cannot be written.
@@ -111,7 +111,7 @@ impl<W: Write> NutWriter<W> {
         Ok(Self { output })
     }
 
-    /// Writes a frame that is shown from `pts` (not negative, in units of the time base).
+    /// Writes a frame that is shown from `pts` on (at least 0, in units of the time base).
     ///
     /// # Errors
     /// When it cannot be written.

@@ -1,10 +1,10 @@
-//! From pixels to planes.
+//! Converts pixels to planes.
 
 use super::{Coding, FRACTION, Layout, MEAN_BITS, Rgba, Sampling, Siting, codes, fixed, weights};
 use crate::geom::Size;
 use crate::simd::dispatch;
 
-/// Fixed-point factors from RGB to codes: of red, green and blue, and what is added.
+/// Fixed-point factors from RGB to codes: of red, green and blue, and the offset.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ToYuv {
     luma: [i32; 4],
@@ -33,10 +33,10 @@ impl ToYuv {
         Self { luma, u: [u_red, -main - u_red, main, add], v: [main, -main - v_blue, v_blue, add] }
     }
 
-    /// The codes of `colour`, whose alpha is not looked at: luma, Cb, Cr.
+    /// The codes of `colour`: luma, Cb, Cr. Alpha is ignored.
     pub(crate) fn codes(&self, [r, g, b, _]: Rgba) -> [u8; 3] {
         let sums = [r, g, b].map(u32::from);
-        // Those of chroma are over eight pixels.
+        // The factors of chroma are for sums of eight pixels.
         let eight = sums.map(|sum| sum << MEAN_BITS);
         [code(self.luma, sums), code(self.u, eight), code(self.v, eight)]
     }
@@ -49,9 +49,8 @@ fn code([of_red, of_green, of_blue, add]: [i32; 4], sums: [u32; 3]) -> u8 {
     ((of_red * red + of_green * green + of_blue * blue + add) >> FRACTION).clamp(0, 255) as u8
 }
 
-/// Turns pixels of `size` into planes of `layout`, which replace the contents of `out`. A layout
-/// that is larger than `size` is filled up by repeating the last column and row. Alpha goes to its
-/// plane, or is lost if there is none.
+/// Converts pixels of `size` to planes of `layout`, which replace the contents of `out`. A layout larger than `size`
+/// is filled by repeating the last column and row. Alpha goes to its plane, if the layout has one.
 ///
 /// # Panics
 /// When `pixels` are not width x height, or the layout is smaller than they are.
@@ -76,7 +75,7 @@ pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, o
             );
         }
     } else {
-        // The rows that share one of chroma, while they are in the cache.
+        // The rows with the same row of chroma, while they are in the cache.
         let rows = if layout.sampling == Sampling::Yuv420 { 2 } else { 1 };
         let chroma = u.chunks_mut(chroma_width).zip(v.chunks_mut(chroma_width));
         let mut columns = Columns::default();
@@ -105,7 +104,7 @@ pub fn from_rgba(size: Size, pixels: &[Rgba], layout: &Layout, coding: Coding, o
     }
 }
 
-/// Both samples of chroma from the sums over eight pixels: red and blue in one number, green.
+/// Both samples of chroma from sums over eight pixels: red and blue in one number, and green.
 #[inline(always)]
 fn chroma(factors: &ToYuv, red_blue: u32, green: u32) -> (u8, u8) {
     let sums = [red_blue & 0xffff, green, red_blue >> 16];
@@ -123,8 +122,8 @@ fn brightness(factors: &ToYuv, source: &[Rgba], out: &mut [u8]) {
     out[source.len()..].fill(edge);
 }
 
-/// The columns of two rows of pixels, added up, from one left of the first to one right of the last, or of
-/// what fills a layout up: those repeat their neighbours.
+/// The sums of the columns of two rows of pixels, with one more column on the left, and on the right one more or as
+/// many as the layout has; these repeat their neighbours.
 #[derive(Default)]
 struct Columns {
     /// Red in the lower and blue in the upper half of each number.
@@ -133,7 +132,7 @@ struct Columns {
 }
 
 impl Columns {
-    /// Takes up `upper` and `lower`, as `count` columns or one more.
+    /// Sums `upper` and `lower`, for `count` columns or one more.
     #[inline(always)]
     fn take(&mut self, upper: &[Rgba], lower: &[Rgba], count: usize) {
         let [red_blue, green] = [&mut self.red_blue, &mut self.green];
@@ -152,8 +151,7 @@ impl Columns {
         }
     }
 
-    /// A row of chroma: each sample the mean over the columns that are nearest to its place, weighted by
-    /// how much of them it covers.
+    /// A row of chroma: each sample is the mean of the nearest columns, weighted by its overlap with them.
     #[inline(always)]
     fn narrow(&self, layout: &Layout, factors: &ToYuv, u: &mut [u8], v: &mut [u8]) {
         let [red_blue, green] = [&self.red_blue, &self.green].map(|sums| sums.as_chunks::<2>().0);

@@ -1,4 +1,4 @@
-//! Between RGB frames and planar Y'CbCr, the form in which video travels.
+//! Conversion between RGB frames and planar Y'CbCr, the form of video.
 //!
 //! Matrices and ranges: ITU-R BT.601-7, BT.709-6 and BT.2020-2 (non-constant luminance), 8 bits.
 //! Sums are whole numbers with 18 bits of fraction and are rounded once, halves upwards. Subsampled
@@ -19,7 +19,7 @@ use crate::geom::Size;
 /// source's own transfer curve (no linearisation, as in the paper).
 pub type Rgba = [u8; 4];
 
-/// Colour tags of a video, in ffmpeg's words (`bt709`, `smpte170m`, `tv`, `pc` ...); `None` is unspecified.
+/// Colour tags of a video, by ffmpeg's names (`bt709`, `smpte170m`, `tv`, `pc` ...); `None` is unspecified.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Colorimetry {
@@ -39,7 +39,7 @@ const FRACTION: u32 = 18;
 const CHROMA_BITS: u32 = 4;
 const MEAN_BITS: u32 = 3;
 
-/// How RGB is mixed to luma and chroma.
+/// The mixing of RGB to luma and chroma.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Matrix {
     /// ITU-R BT.601: standard definition, JPEG.
@@ -50,7 +50,7 @@ pub enum Matrix {
     Bt2020,
 }
 
-/// Which of the 256 codes carry the picture.
+/// The range of codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Range {
     /// Luma 16..=235, chroma 16..=240 (`tv`).
@@ -69,9 +69,9 @@ pub struct Coding {
 }
 
 impl Coding {
-    /// What `tags` say of a picture of `size`. What they leave out, or name but is not one of
-    /// [`Matrix`], is limited range and the players' convention: BT.709 for pictures that are wider
-    /// than 1279 or higher than 576 pixels, BT.601 for smaller ones (as mpv and browsers have it).
+    /// The coding that `tags` mean for a picture of `size`. Missing tags and unsupported ones mean limited range and
+    /// the convention of players: BT.709 for pictures wider than 1279 or higher than 576 pixels, BT.601 for smaller
+    /// ones (as in mpv and browsers).
     pub fn of(tags: &Colorimetry, size: Size) -> Self {
         let matrix = match tags.matrix.as_deref() {
             Some("bt709") => Matrix::Bt709,
@@ -84,14 +84,14 @@ impl Coding {
         Self { matrix, range: if full { Range::Full } else { Range::Limited } }
     }
 
-    /// The code of black, and how many lie between black and white.
+    /// The code of black, and the number of codes from black to white.
     pub(crate) fn luma_codes(self) -> (f32, f32) {
         let (black, luma, _) = codes(self.range);
         (black as f32, luma as f32)
     }
 }
 
-/// How many chroma samples there are.
+/// The resolution of chroma.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
     /// No chroma at all.
@@ -104,7 +104,7 @@ pub enum Sampling {
     Yuv444,
 }
 
-/// Where a chroma sample that belongs to two columns of luma sits; between rows always halfway.
+/// The horizontal position of a chroma sample for two columns of luma; vertically it is always halfway.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Siting {
     /// On the left column (MPEG-2, H.264, VP9).
@@ -127,13 +127,13 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// That of pictures of `size` as videos are usually made of: 4:2:0, chroma sited left, opaque.
+    /// The layout of `size` that is usual for video: 4:2:0, chroma sited left, opaque.
     #[doc(hidden)]
     pub const fn of_video(size: Size) -> Self {
         Self { size, sampling: Sampling::Yuv420, siting: Siting::Left, alpha: false }
     }
 
-    /// Width and height of a chroma plane, zero when there is none.
+    /// Width and height of a chroma plane; zero without chroma.
     pub fn chroma(&self) -> (usize, usize) {
         let (width, height) = (self.size.width as usize, self.size.height as usize);
         match self.sampling {
@@ -144,8 +144,7 @@ impl Layout {
         }
     }
 
-    /// Whether each sample of chroma stands for a square of four pixels, none cut off, and nothing is
-    /// transparent.
+    /// Whether each sample of chroma belongs to a complete square of four pixels, and there is no alpha.
     pub fn is_squared(&self) -> bool {
         let even = self.size.width.is_multiple_of(2) && self.size.height.is_multiple_of(2);
         self.sampling == Sampling::Yuv420 && even && !self.alpha
@@ -157,7 +156,7 @@ impl Layout {
         self.size.pixels() * if self.alpha { 2 } else { 1 } + 2 * width * height
     }
 
-    /// Luma, Cb, Cr and alpha of a picture's `data`, which are [as long](Layout::bytes).
+    /// Luma, Cb, Cr and alpha in a picture's `data`, which has [this length](Layout::bytes).
     fn split<'a>(&self, data: &'a [u8]) -> [&'a [u8]; 4] {
         let (width, height) = self.chroma();
         let (luma, rest) = data.split_at(self.size.pixels());

@@ -1,4 +1,4 @@
-//! From planes to pixels.
+//! Converts planes to pixels.
 
 use super::{CHROMA_BITS, Coding, FRACTION, Layout, Rgba, Sampling, Siting, codes, fixed, weights};
 use crate::simd::dispatch;
@@ -41,13 +41,13 @@ impl FromYuv {
         let red = byte(luma + self.red_v * v);
         let green = byte(luma + self.green_u * u + self.green_v * v);
         let blue = byte(luma + self.blue_u * u);
-        // In one number: lanes of 32 bits are what compilers make vectors of.
+        // One 32-bit number for each pixel: compilers vectorise these.
         (red | green << 8 | blue << 16 | u32::from(alpha) << 24).to_le_bytes()
     }
 
-    /// The opaque colour of mean codes: luma, Cb and Cr, each a sum and how many it is of, not 0.
+    /// The opaque colour of mean codes: luma, Cb and Cr, each as a sum and the number of its samples, above 0.
     pub(crate) fn mean(&self, codes: [(u64, u64); 3]) -> Rgba {
-        // In 1/256 code, which is rounded to once before the colour is.
+        // Means are rounded to 1/256 code before the colour is rounded.
         const BITS: u32 = 8;
         let [y, u, v] = codes.map(|(sum, count)| (((sum << BITS) + count / 2) / count) as i64);
         let luma = (y - (i64::from(self.black) << BITS)) * i64::from(self.luma);
@@ -62,7 +62,7 @@ impl FromYuv {
     }
 }
 
-/// Turns the planes in `data` into pixels, which replace the contents of `out`.
+/// Converts the planes in `data` to pixels, which replace the contents of `out`.
 ///
 /// # Panics
 /// When `data` is not [`Layout::bytes`] long.
@@ -71,13 +71,13 @@ pub fn to_rgba(layout: &Layout, coding: Coding, data: &[u8], out: &mut Vec<Rgba>
     RowsToRgba::new(layout, coding, data).make(0, out);
 }
 
-/// Makes pixels of planes, some rows at a time.
+/// Converts planes to pixels, some rows at a time.
 #[derive(Debug)]
 pub(crate) struct RowsToRgba<'a> {
     layout: &'a Layout,
     data: &'a [u8],
     factors: FromYuv,
-    /// Memory for the chroma of a row.
+    /// Scratch for the chroma of a row.
     us: Vec<u16>,
     vs: Vec<u16>,
     blend: Vec<u16>,
@@ -115,7 +115,7 @@ impl<'a> RowsToRgba<'a> {
     }
 }
 
-/// A row of pixels from luma, chroma in sixteenths, and alpha where there is any.
+/// A row of pixels from luma, chroma in sixteenths, and alpha if there is any.
 #[inline(always)]
 fn join(
     factors: &FromYuv,
@@ -136,7 +136,7 @@ fn join(
     }
 }
 
-/// The chroma of luma row `row`, a sample for each column, in sixteenths. Where there is none `out` stays.
+/// The chroma of luma row `row`, a sample for each column, in sixteenths. Without chroma `out` is not changed.
 #[inline(always)]
 fn upsample(layout: &Layout, plane: &[u8], row: usize, blend: &mut [u16], out: &mut [u16]) {
     let (width, height) = layout.chroma();
@@ -175,7 +175,7 @@ fn upsample(layout: &Layout, plane: &[u8], row: usize, blend: &mut [u16], out: &
 #[inline(always)]
 fn widen(siting: Siting, row: &[u16], out: &mut [u16]) {
     let last = row.len() - 1;
-    // What lies between two samples of the row, and before the first of them.
+    // The columns between two samples, and before the first one.
     let (head, rest) = out.split_at_mut(1);
     let near = row.windows(2);
     match siting {

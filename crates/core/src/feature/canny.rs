@@ -1,6 +1,6 @@
 //! Canny's edge detector (Canny, "A Computational Approach to Edge Detection", IEEE PAMI 8(6), 1986)
 //! in the form of scikit-image's `feature.canny` with `mode='nearest'`: Gaussian, Sobel's gradient,
-//! suppression of what is no maximum along the gradient (its neighbours interpolated, not picked by
+//! suppression of non-maxima along the gradient (its neighbours interpolated, not picked by
 //! rounded angle), and hysteresis over eight neighbours. Of imageproc's `canny` neither the sigma nor
 //! the border can be chosen, and its hysteresis follows six neighbours of eight.
 
@@ -18,7 +18,7 @@ const LOW_TO_HIGH: f32 = 0.4;
 /// Bins of the histogram from which the high threshold is read (MATLAB, `edge`, method `canny`).
 const BINS: usize = 64;
 
-/// How to look for edges.
+/// Parameters of the edge detector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Canny {
     /// Standard deviation of the Gaussian in pixels, 0.1 to 16. Default the root of 2 (MATLAB's).
@@ -135,7 +135,7 @@ fn thin(slope: &Plane<(f32, f32)>, length: &Plane<f32>, low: f32) -> Plane<f32> 
         let [above, here, below] = about(length, y);
         for x in 1..width.saturating_sub(1) {
             let value = here[x];
-            // Where nothing changes there is no edge, however low the threshold.
+            // A gradient of 0 is no edge, however low the threshold.
             if value < low || value <= 0.0 {
                 continue;
             }

@@ -11,11 +11,11 @@ use crate::plane::Plane;
 /// Rows that one task works through.
 const BAND: usize = 64;
 
-/// Iterations that a band takes by itself before all meet again: the rows beyond its border that it
-/// must follow meanwhile, to be thrown away, are as many.
+/// Iterations of a band of rows between exchanges with its neighbours: it computes as many extra rows beyond its
+/// border, which are discarded.
 const STRIDE: u32 = 10;
 
-/// How to diffuse.
+/// Parameters of the diffusion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Diffusion {
     /// Steps of time, at most 1000. Default 10.
@@ -68,7 +68,7 @@ impl Diffusion {
         Ok(())
     }
 
-    /// `steps` iterations. What a pixel becomes does not depend on how rows are shared out.
+    /// `steps` iterations. The result does not depend on the division into bands.
     fn advance(&self, from: &Plane<f32>, steps: u32) -> Plane<f32> {
         let Size { width, height } = from.size();
         let (width, height) = (width as usize, height as usize);
@@ -86,7 +86,7 @@ impl Diffusion {
         to
     }
 
-    /// One iteration in place: what flows between two rows is known before either changes.
+    /// One iteration in place: the flow between two rows is computed before either changes.
     fn step(&self, rows: &mut [f32], width: usize) {
         let flux = Flux::new(self.kappa);
         let mut above = vec![0.0; width];
@@ -114,7 +114,7 @@ impl Diffusion {
     }
 }
 
-/// What flows between neighbours whose difference is d: d exp(-(d / kappa)^2).
+/// The flow between neighbours with the difference d: d exp(-(d / kappa)^2).
 struct Flux {
     /// -log2(e) / kappa^2, by which d^2 becomes a power of two.
     scale: f32,
@@ -125,7 +125,7 @@ impl Flux {
         Self { scale: -std::f32::consts::LOG2_E / (kappa * kappa) }
     }
 
-    /// What flows from `there` to `here`, pixel by pixel.
+    /// The flow from `there` to `here`, pixel by pixel.
     fn between(&self, here: &[f32], there: &[f32], out: &mut [f32]) {
         for ((out, here), there) in out.iter_mut().zip(here).zip(there) {
             let d = there - here;
@@ -140,7 +140,7 @@ fn exp2(x: f32) -> f32 {
     // Adding 1.5 x 2^23 leaves no bits for a fraction: the sum is rounded to the nearest whole
     // number, which stands in its lowest bits.
     const ROUND: f32 = 12_582_912.0;
-    // Below 2^-126 there are no normal numbers; what flows there is nothing anyway.
+    // Below 2^-126 there are no normal numbers; such a flow is 0.
     let x = if x > -126.0 { x } else { -126.0 };
     let rounded = x + ROUND;
     let f = x - (rounded - ROUND);

@@ -1,5 +1,4 @@
-//! Edge strength: the first and the second derivative of the luma, as the related work uses them to
-//! find feature points.
+//! Edge strength: the first and the second derivative of the luma, as related work uses them to find feature points.
 
 use crate::parallel::prelude::*;
 

@@ -1,5 +1,5 @@
-//! Local entropy: how many bits a pixel's surroundings carry. The window is a disk that is cut, not
-//! padded, at the border of the frame, as in scikit-image's `filters.rank.entropy`.
+//! Local entropy of luma in bits. The window is a disk that is clipped at the border of the frame, as in
+//! scikit-image's `filters.rank.entropy`.
 
 use crate::parallel::prelude::*;
 
@@ -13,8 +13,8 @@ pub const DEFAULT_RADIUS: u32 = 5;
 /// The largest radius that [`entropy`] takes.
 pub const MAX_RADIUS: u32 = 32;
 
-/// Fraction bits of the sums of count x log2 count. They are added and taken away as the window
-/// moves; in whole numbers the sum is the same whichever way the window came.
+/// Fraction bits of the sums of count x log2 count. They are added and subtracted as the window moves; whole numbers
+/// give the same sum whatever its path.
 const FRACTION: u32 = 32;
 
 /// Rows that one task works through.
@@ -76,11 +76,11 @@ impl Disk {
     }
 }
 
-/// What the entropy of a window of n pixels is made of: (n log2 n - sum of count x log2 count) / n.
+/// Terms of the entropy of a window of n pixels: (n log2 n - sum of count x log2 count) / n.
 struct Tables {
     /// `i` x log2 `i`.
     part: Vec<i64>,
-    /// What it grows by from `i` to `i + 1`.
+    /// Its increment from `i` to `i + 1`.
     growth: Vec<i64>,
 }
 
@@ -156,7 +156,7 @@ fn slide(luma: &Plane<u8>, y: u32, disk: &Disk, window: &mut Window, line: &mut 
             }
         } else {
             for &(row, half) in &rows {
-                // Leaving comes first: no count ever exceeds the disk's area.
+                // Pixels are removed first, so that no count exceeds the disk's area.
                 if x > half {
                     window.remove(row[x - half - 1]);
                 }

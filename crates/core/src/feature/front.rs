@@ -10,8 +10,8 @@ use crate::frame::Frame;
 use crate::options::{FrontEnd, Method, Options};
 use crate::plane::Plane;
 
-/// Exponents of the scores as weights. Entropy and saliency are broad: taken as they are they would
-/// make nearly every pixel about as likely as the next. See `docs/calibration.md`.
+/// Exponents of the scores as weights. Entropy and saliency vary little: without an exponent nearly all pixels would
+/// have about the same probability. See `docs/calibration.md`.
 const ENTROPY_POWER: i32 = 4;
 const SALIENCY_POWER: i32 = 1;
 const EDGE_POWER: i32 = 2;
@@ -51,13 +51,13 @@ fn scored(score: Plane<f32>, power: i32, options: &Options) -> Features {
 }
 
 fn superpixel_corners(frame: &Frame, options: &Options) -> Features {
-    // Where three regions meet in most corners, there are two corners a region (Euler).
+    // If three regions meet in most corners, there are two corners for each region (Euler).
     let count = (frame.size().pixels() as f64 * options.candidates / 2.0).ceil() as u32;
     let labels = Slic::new(count.max(1)).segment(frame).expect("SLIC's defaults are in range");
     corners(&labels).into()
 }
 
-/// `found` scored by saliency and, where the method's own front end is asked for, with salient points.
+/// `found` with saliency as its score and, for the method's own front end, with salient points.
 fn with_saliency(mut found: Features, frame: &Frame, options: &Options) -> Features {
     let score = saliency(&maps::visible_luma(frame));
     if options.features.is_none() {

@@ -10,16 +10,16 @@ use crate::geom::Size;
 use crate::options::Options;
 use crate::plane::Plane;
 
-/// The features of `frame`, found at half its width and height. Each feature point stands at one of the
-/// four pixels that it may mean, by chance; pixels have the score of their place at half the size.
+/// The features of `frame`, found at half its width and height. Each feature point becomes a random one of its four
+/// pixels; pixels have the score of their position at half the size.
 pub(super) fn features(extractor: &Extractor, frame: &Frame) -> Features {
     let size = frame.size();
     if size.width.min(size.height) < 2 {
         return extractor.features(frame);
     }
     let options = &extractor.options;
-    // About as many feature points: a boundary has half its pixels, an area a quarter of them. A small
-    // picture is smooth by itself.
+    // For about as many feature points: a boundary has half as many pixels, an area a quarter. A small picture needs
+    // no smoothing.
     let options = Options {
         interval: options.interval.div_ceil(2),
         interior: (4.0 * options.interior).min(1.0),
@@ -52,7 +52,7 @@ fn halved(frame: &Frame) -> Frame {
     Frame::known(size, pixels, frame.is_opaque()).expect("a frame's half is no larger than it")
 }
 
-/// The mean colour, each pixel weighing as much as can be seen of it.
+/// The mean colour, weighted by alpha.
 fn mean(pixels: [Rgba; 4]) -> Rgba {
     let alpha: u32 = pixels.iter().map(|p| u32::from(p[3])).sum();
     if alpha == 0 {

@@ -1,5 +1,4 @@
-//! The maps of a frame with the parameters of [`Options`]: what methods score pixels by, and what
-//! `inspect` shows.
+//! The maps of a frame with the parameters of [`Options`]: the scores of methods, as `inspect` shows them.
 
 use super::canny::Canny;
 use super::diffusion::Diffusion;
@@ -11,8 +10,8 @@ use crate::plane::Plane;
 
 const VALID: &str = "the options were validated before the chain was built";
 
-/// The luma that is seen of `frame`, 0..255: transparent pixels are laid over white, so that colours
-/// which nobody sees make no features.
+/// The visible luma of `frame`, 0..255: transparent pixels are composed over white, so that invisible colours make no
+/// features.
 pub fn visible_luma(frame: &Frame) -> Plane<u8> {
     if frame.is_opaque() {
         return Plane::luma(frame);

@@ -1,4 +1,4 @@
-//! Level one: which pixels of a frame matter.
+//! Level one: finds the pixels that matter.
 
 pub mod canny;
 pub mod change;
@@ -24,13 +24,12 @@ use mask::Mask;
 use region::{Picks, Regions};
 use smooth::smooth;
 
-/// What level one found in a frame.
+/// The result of level one for a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Features {
-    /// The feature points: pixels that level two may choose from. None are looked for where the mesh
-    /// of the frame before lives on.
+    /// The feature points: pixels that level two may choose from. Empty if the mesh is carried from the last frame.
     pub candidates: Mask,
-    /// How much every pixel matters, at least 0, where the front end scores pixels; any unit.
+    /// The importance of every pixel, at least 0, in any unit, if the front end scores pixels.
     pub score: Option<Plane<f32>>,
     /// How the frame continues its stream.
     pub change: Change,
@@ -47,24 +46,24 @@ impl From<Mask> for Features {
 pub struct Extractor {
     options: Options,
     watcher: Watcher,
-    /// Whether the next frame must start afresh, whatever it shows.
+    /// Whether the next frame starts afresh, whatever it shows.
     anew: bool,
 }
 
 impl Extractor {
-    /// Level one as `options` ask for it, which must be valid ([`Options::validate`]).
+    /// Level one with `options`, which must be valid ([`Options::validate`]).
     pub fn new(options: &Options) -> Self {
         Self { options: options.clone(), watcher: Watcher::default(), anew: false }
     }
 
-    /// Changes the options, which must be valid, from the next frame on. It begins anew if seeds that
-    /// were chosen before could not live on, see [`Options::keeps_seeds_of`].
+    /// Changes the options, which must be valid, from the next frame on. That frame starts afresh if the seeds are no
+    /// longer valid, see [`Options::keeps_seeds_of`].
     pub fn retune(&mut self, options: &Options) {
         self.anew |= !options.keeps_seeds_of(&self.options);
         self.options = options.clone();
     }
 
-    /// The features of the next frame, as well as `look` says.
+    /// The features of the next frame, with as much work as `look` allows.
     pub fn extract(&mut self, frame: &Frame, look: Look) -> Features {
         if look == Look::Reuse
             && !self.anew
@@ -79,7 +78,7 @@ impl Extractor {
         let change = if self.options.coherence > 0.0 {
             self.watcher.watch(frame)
         } else {
-            // This frame is not watched, so that later ones cannot be compared with those before it.
+            // This frame is not compared: later ones cannot be compared with earlier ones.
             self.watcher = Watcher::default();
             Change::Cut
         };
@@ -93,7 +92,7 @@ impl Extractor {
         Features { change, ..features }
     }
 
-    /// The features of `frame`, whatever came before it.
+    /// The features of `frame`, independent of earlier frames.
     pub fn features(&self, frame: &Frame) -> Features {
         front::features(self, frame)
     }

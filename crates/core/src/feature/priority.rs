@@ -1,9 +1,9 @@
-//! Pixels by chance, weighted with a score.
+//! Weighted random sampling of pixels.
 //!
-//! Each pixel gets u in (0, 1] by a hash of its place; its key is u / weight, and the pixels with the
-//! smallest keys are taken: priority sampling (Duffield, Lund and Thorup, "Priority sampling for estimation of arbitrary
-//! subset sums", J. ACM 54(6), 2007). A pixel is taken with a probability in proportion to its weight,
-//! and as long as its score stays it keeps its key in every frame.
+//! Each pixel gets a uniform u in (0, 1] by a hash of its position; its key is u / weight, and the pixels with the
+//! smallest keys are taken: priority sampling (Duffield, Lund and Thorup, "Priority sampling for estimation of
+//! arbitrary subset sums", J. ACM 54(6), 2007). The probability of a pixel is proportional to its weight, and with a
+//! constant score it has the same key in every frame.
 
 use crate::parallel::prelude::*;
 
@@ -11,7 +11,7 @@ use super::mask::Mask;
 use crate::chance::{Purpose, rank};
 use crate::plane::Plane;
 
-/// Bins of weight from which the limit of the keys is found.
+/// Bins of weights, by which the limit of the keys is found.
 const BINS: usize = 1 << 12;
 
 /// A weighting of the pixels: a power of their score, 1 for the largest score.
@@ -42,8 +42,7 @@ impl<'a> PrioritySampler<'a> {
         uniform(self.seed, x, y) / self.weight(self.score.at(x, y))
     }
 
-    /// About `share` of all pixels: those whose keys lie below one limit.
-    /// Fewer where fewer have a weight.
+    /// About `share` of all pixels: those with keys below a limit. Fewer if fewer have a weight.
     pub fn sample(&self, share: f64) -> Mask {
         let mut mask = Mask::new(self.score.size());
         if self.most <= 0.0 {
@@ -87,7 +86,7 @@ impl<'a> PrioritySampler<'a> {
             |limit: f64| weights.iter().map(|(w, n)| n * (limit * w).min(1.0)).sum::<f64>();
         let wanted = share * self.score.values().len() as f64;
         let (mut low, mut high) = (0.0, 1.0);
-        // 1e30 stands for all that have any weight.
+        // 1e30 takes all pixels with a weight.
         while expected(high) < wanted && high < 1e30 {
             (low, high) = (high, high * 4.0);
         }

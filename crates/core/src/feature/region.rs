@@ -1,7 +1,7 @@
 //! Colour regions by k-means, their boundaries and a few points inside them (paper, HRLP level one).
 //!
-//! Colours are clustered in a coarse cube, not pixel by pixel: a picture has a few thousand occupied
-//! cells where it has millions of pixels, and a table of the cube then labels each pixel with one lookup.
+//! Colours are clustered as cells of a coarse cube, not pixel by pixel: a picture has millions of pixels, but only a
+//! few thousand occupied cells. A table of the cube then gives the label of each pixel.
 
 use crate::parallel::prelude::*;
 
@@ -11,17 +11,17 @@ use crate::frame::{Frame, Rgba};
 use crate::geom::Size;
 use crate::simd::dispatch;
 
-/// Bits of a channel that the colour cube tells apart: 32 levels a channel, 32768 cells.
+/// Bits of a channel in the colour cube: 32 levels a channel, 32768 cells.
 const CUBE_BITS: u32 = 5;
 const CUBE_CELLS: usize = 1 << (3 * CUBE_BITS);
 
-/// About how many pixels the palette is learnt from; larger frames are read at every n-th row.
+/// Approximate number of pixels for the palette; of larger frames every n-th row is read.
 const LEARNING_PIXELS: usize = 1 << 18;
 
-/// Lloyd's rounds at the most: the palette moves by less than a cell after about ten of them.
+/// The most rounds of Lloyd's algorithm: after about ten the palette moves by less than a cell.
 const ROUNDS: usize = 12;
 
-/// The label of pixels that are more transparent than not.
+/// The label of pixels with an alpha below one half.
 pub const TRANSPARENT: u8 = u8::MAX;
 
 /// The colour regions of a frame.
@@ -116,7 +116,7 @@ fn spread_palette(cells: &[Cell], clusters: usize) -> Vec<[f32; 3]> {
     palette
 }
 
-/// Colours whose nearest ones are looked for side by side.
+/// Colours that are compared with the palette at once.
 const LANES: usize = 32;
 
 /// For each of `count` colours, which `colour` returns, the index of the nearest entry of a palette of at most 256;
@@ -140,7 +140,7 @@ fn nearest(palette: &[[f32; 3]], count: usize, colour: impl Fn(usize) -> [f32; 3
     labels
 }
 
-/// The same of colours of which there are the reds, the greens and the blues.
+/// The same for colours given as reds, greens and blues.
 #[inline(always)]
 fn nearest_of_lanes(
     palette: &[[f32; 3]],
@@ -150,7 +150,7 @@ fn nearest_of_lanes(
     for (number, &entry) in (0..).zip(palette) {
         for i in 0..LANES {
             let d = distance(entry, [reds[i], greens[i], blues[i]]);
-            // No branch, and both are written: then all lanes are done at once.
+            // No branch, so that the loop is vectorised.
             let is_nearer = d < least[i];
             least[i] = if is_nearer { d } else { least[i] };
             best[i] = if is_nearer { number } else { best[i] };
@@ -204,15 +204,15 @@ fn label_pixels(frame: &Frame, cube: &[u8]) -> Vec<u8> {
     labels
 }
 
-/// Which points of the regions become candidates.
+/// The choice of candidates among the points of regions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Picks {
-    /// Decides chance.
+    /// The seed of random numbers.
     pub seed: u64,
-    /// Of the boundary pixels every `interval`-th is taken, in the mean: by chance, since counting
-    /// along a contour would take other pixels in every frame.
+    /// On average every `interval`-th boundary pixel is taken, at random: counting along a contour would take other
+    /// pixels in every frame.
     pub interval: u32,
-    /// Of the pixels inside a region this share is taken, 0..1.
+    /// The share of the pixels inside a region that is taken, 0..1.
     pub interior: f64,
 }
 
@@ -248,7 +248,7 @@ pub fn pick_points(regions: &Regions, picks: Picks) -> Mask {
     mask
 }
 
-/// Draws the pixels of row `y`, each with the chance that `limit` gives it, 64 for a word.
+/// Chooses pixels of row `y` at random, each with the probability that `limit` gives it, 64 for a word.
 #[inline(always)]
 fn draw(seed: u64, y: u32, width: usize, words: &mut [u64], limit: impl Fn(usize) -> u64) {
     for (word, first) in words.iter_mut().zip((0..width).step_by(64)) {

@@ -18,9 +18,9 @@ const NO_AMPLITUDE: f64 = 1e-6;
 /// The square of values on which the method works.
 type Square = [f64; SIDE * SIDE];
 
-/// How much each pixel stands out, 0..1, the largest value of the small map being 1.
+/// The saliency of each pixel, 0..1; the largest value of the small map is 1.
 ///
-/// A plane of one value gives 1 everywhere: nothing stands out from anything.
+/// A constant plane has 1 everywhere.
 pub fn saliency(luma: &Plane<u8>) -> Plane<f32> {
     if luma.size().pixels() == 0 {
         return Plane::filled(luma.size(), 1.0);
@@ -39,7 +39,7 @@ pub fn saliency(luma: &Plane<u8>) -> Plane<f32> {
     enlarge(&map, luma.size())
 }
 
-/// A place between two neighbouring samples.
+/// A position between two neighbouring samples.
 #[derive(Clone, Copy)]
 struct Between {
     low: usize,
@@ -48,8 +48,8 @@ struct Between {
     weight: f32,
 }
 
-/// For each of `to` samples its place among `from` samples over the same length; beyond the first
-/// and the last centre the end sample itself.
+/// For each of `to` samples its position among `from` samples over the same length; beyond the first and the last
+/// centre that of the end sample.
 fn places(from: usize, to: usize) -> Vec<Between> {
     let scale = from as f64 / to as f64;
     (0..to)
@@ -95,7 +95,7 @@ fn residual(small: &Square) -> Square {
     let mean = filter(&log_amplitude, &[1.0 / 3.0; 3]);
     for ((value, log), mean) in spectrum.iter_mut().zip(&log_amplitude).zip(&mean) {
         let amplitude = value.norm();
-        // A frequency that is not there has no phase, so nothing to give back.
+        // A frequency of amplitude 0 has no phase and stays 0.
         let gain = if amplitude < NO_AMPLITUDE { 0.0 } else { (log - mean).exp() / amplitude };
         *value *= gain;
     }

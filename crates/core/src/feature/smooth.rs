@@ -1,10 +1,10 @@
-//! A small blur before colours are clustered, so that grain draws no regions.
+//! Blurs a frame a little before its colours are clustered, so that grain makes no regions.
 
 use crate::parallel::prelude::*;
 
 use crate::frame::Frame;
 
-/// Rows that are smoothed as one piece of work.
+/// Rows in one parallel piece of work.
 const BAND: usize = 32;
 
 /// `frame` under the 3x3 binomial filter (1 2 1 by 1 2 1, sixteenths, rounded); the border repeats.

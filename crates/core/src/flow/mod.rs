@@ -23,11 +23,10 @@ const DESCENTS: usize = 20;
 /// Shortest side of the smallest picture of the pyramid.
 const LEAST_SIDE: u32 = 24;
 
-/// Where each pixel goes: `[x, y]` in pixels, rightwards and downwards.
+/// The motion of each pixel: `[x, y]` in pixels, rightwards and downwards.
 pub type Flow = Plane<[f32; 2]>;
 
-/// The flow from one picture to another: what stands at a pixel p of `from` stands at p + flow(p) in
-/// `to`.
+/// The flow from one picture to another: pixel p of `from` is at p + flow(p) in `to`.
 ///
 /// # Errors
 /// When the pictures differ in size.
@@ -103,8 +102,8 @@ pub(crate) fn starts(side: u32, stride: usize) -> Vec<usize> {
     starts
 }
 
-/// One level: patches search from where the level before has them, then pixels mix the vectors of the
-/// patches that hold them.
+/// One level: patches search from the result of the coarser level, then each pixel mixes the vectors of the patches
+/// that hold it.
 fn refine(a: &Plane<f32>, b: &Plane<f32>, before: &Flow) -> Flow {
     let (columns, rows) = (starts(a.size().width, STRIDE), starts(a.size().height, STRIDE));
     let count = columns.len() * rows.len();
@@ -142,8 +141,7 @@ fn refine(a: &Plane<f32>, b: &Plane<f32>, before: &Flow) -> Flow {
     median(&mixed)
 }
 
-/// Vectors that a patch may begin with: those that the level before has at its centre and a patch away
-/// on four sides, where neighbours may know better; and rest.
+/// Start vectors of a patch: those of the coarser level at its centre and one patch away on four sides; and zero.
 fn tries(patch: &Patch, before: &Flow) -> [[f32; 2]; 6] {
     let Size { width, height } = before.size();
     let (x, y) = patch.centre();

@@ -1,4 +1,4 @@
-//! How a stream's picture moves and changes from frame to frame, on small luma pictures, block by block.
+//! Finds motion and changes from frame to frame, on small luma pictures, block by block.
 
 use crate::parallel::prelude::*;
 
@@ -12,8 +12,7 @@ use crate::simd::dispatch;
 /// Descents of a patch on one level; more than about six move it by less than a tenth of a pixel.
 const DESCENTS: usize = 6;
 
-/// Where blocks of the picture go: what stands at a block's centre in one frame stands a vector
-/// further in the next.
+/// The motion of blocks: the picture at a block's centre in one frame has moved by a vector in the next.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
     /// Centres of the columns of blocks, in pixels of the frame.
@@ -24,7 +23,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// No motion at all of a picture like `small`.
+    /// No motion, for a picture like `small`.
     pub fn rest(small: &Small) -> Self {
         let (columns, rows) = blocks(small);
         let centre = |start: &usize| (*start as f32 + PATCH as f32 / 2.0) * small.factor as f32;
@@ -35,11 +34,11 @@ impl Motion {
         }
     }
 
-    /// The motion from `from` to `to` in the blocks that `changed` marks (by column and row of blocks,
-    /// see [`blocks`]); all others rest. Pictures of different sizes are at rest.
+    /// The motion from `from` to `to` in the blocks that `changed` marks (by column and row of blocks, see
+    /// [`blocks`]); all others do not move, nor do pictures of different sizes.
     ///
-    /// Each block, and each coarser one that holds such, looks for its like by inverse search on a pyramid, then
-    /// takes the median of its neighbours' vectors, component by component.
+    /// Each block, and each coarser one that contains it, searches for its match by inverse search on a pyramid, then
+    /// takes the component-wise median of its neighbours' vectors.
     pub fn between(from: &Small, to: &Small, changed: &[bool]) -> Self {
         let mut motion = Self::rest(from);
         if from.size != to.size || !changed.contains(&true) {
@@ -90,7 +89,7 @@ impl Motion {
     }
 }
 
-/// Where the columns and rows of blocks begin, in small pixels.
+/// The positions of the columns and rows of blocks, in small pixels.
 pub fn blocks(small: &Small) -> (Vec<usize>, Vec<usize>) {
     blocks_of(small.plane().size())
 }
@@ -98,7 +97,7 @@ pub fn blocks(small: &Small) -> (Vec<usize>, Vec<usize>) {
 /// Side of a block in small pixels.
 pub const BLOCK: usize = PATCH;
 
-/// Which blocks of a picture of half the size, the second of `sizes`, stand for any of those that are `wanted`.
+/// Marks the blocks of a picture of half the size, the second of `sizes`, that contain any of the `wanted` ones.
 fn halved(wanted: &[bool], sizes: [Size; 2]) -> Vec<bool> {
     let [finer, coarser] = sizes.map(counts);
     let mut halved = vec![false; coarser.0 * coarser.1];
@@ -109,13 +108,13 @@ fn halved(wanted: &[bool], sizes: [Size; 2]) -> Vec<bool> {
     halved
 }
 
-/// How many columns and rows of blocks there are.
+/// The number of columns and rows of blocks.
 fn counts(size: Size) -> (usize, usize) {
     let (columns, rows) = blocks_of(size);
     (columns.len(), rows.len())
 }
 
-/// Where the columns and rows of blocks of a picture begin.
+/// The positions of the columns and rows of blocks of a picture.
 fn blocks_of(size: Size) -> (Vec<usize>, Vec<usize>) {
     (starts(size.width, PATCH), starts(size.height, PATCH))
 }
@@ -147,7 +146,7 @@ impl Grid {
                 tries = [[0.0; 2], near(1, 1), near(0, 1), near(2, 1), near(1, 0), near(1, 2)];
             }
             let found = patch.search(b, &tries, DESCENTS);
-            // A move has to explain the change, not merely fit the grain a little better than rest.
+            // A motion must match clearly better than zero, not only fit the grain.
             if found.squares < 0.5 * found.first { found.vector } else { [0.0; 2] }
         };
         let vectors = (0..count).into_par_iter().with_min_len(32).map(vector).collect();
@@ -233,8 +232,8 @@ pub fn block_means(small: &Small) -> Vec<f32> {
     places(small).map(mean).collect()
 }
 
-/// How well `motion` explains `to`: for each block the correlation, -1..1, of what stood there in
-/// `from` with where it went; `None` for blocks without texture in either, or nearly white in one.
+/// How well `motion` predicts `to`: for each block the correlation, -1..1, of the block in `from` with its moved
+/// position; `None` for blocks without texture in either, or nearly white in one.
 pub fn block_correlations(from: &Small, to: &Small, motion: &Motion) -> Vec<Option<f32>> {
     let known = places(from).zip(&motion.vectors).map(|(place, vector)| {
         let window = Window::new(from.plane().size(), place);
@@ -247,7 +246,7 @@ pub fn block_correlations(from: &Small, to: &Small, motion: &Motion) -> Vec<Opti
     known.collect()
 }
 
-/// That of one block, which `window` shows in `from` and, moved by `simd`, in `to`.
+/// The correlation of one block, at `window` in `from` and moved by the vector in `to`.
 #[inline(always)]
 fn correlation(
     window: Window,
@@ -281,19 +280,19 @@ pub fn has_textured(small: &Small, least: usize) -> bool {
     least == 0 || places(small).filter(is_textured).nth(least - 1).is_some()
 }
 
-/// Below this variance, in squared levels, there is grain, not texture.
+/// Variance, in squared levels, below which a block has grain, not texture.
 const GRAIN: f32 = 4.0;
 
-/// Above this mean luma a block is burnt out, by a flash perhaps: what was there cannot be recognised.
+/// Mean luma above which a block is overexposed, for instance by a flash, and cannot be compared.
 const BURNT: f32 = 250.0;
 
-/// Where the blocks begin, row by row.
+/// The positions of the blocks, row by row.
 fn places(small: &Small) -> impl Iterator<Item = (usize, usize)> {
     let (columns, rows) = blocks(small);
     rows.into_iter().flat_map(move |y| columns.clone().into_iter().map(move |x| (x, y)))
 }
 
-/// The `values` that `window` shows, less their mean.
+/// The `values` in the `window`, less their mean.
 #[inline(always)]
 fn centred(window: Window, mut values: [f32; PATCH * PATCH]) -> [f32; PATCH * PATCH] {
     let mean = sum(&values) / window.count() as f32;

@@ -1,5 +1,5 @@
-//! A patch of a picture looks for its like in another (inverse search: Kroeger et al. 2016, section 2.1;
-//! Baker and Matthews, "Lucas-Kanade 20 Years On", 2004).
+//! Finds the match of a patch in another picture (inverse search: Kroeger et al. 2016, section 2.1; Baker and
+//! Matthews, "Lucas-Kanade 20 Years On", 2004).
 
 use crate::geom::Size;
 use crate::plane::Plane;
@@ -14,18 +14,18 @@ const PIXELS: usize = PATCH * PATCH;
 /// More than any coordinate.
 const FAR: f32 = 65536.0;
 
-/// Where a patch went.
+/// The motion of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Found {
     /// In pixels, rightwards and downwards.
     pub(super) vector: [f32; 2],
-    /// Sum of squared differences there, means taken off.
+    /// Sum of squared differences there, after means are subtracted.
     pub(super) squares: f32,
     /// The same for the first of the tries.
     pub(super) first: f32,
 }
 
-/// The pixels that a patch stands on. Pictures narrower or lower than a patch have smaller ones.
+/// The pixels of a patch. Pictures narrower or lower than a patch have smaller ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Window {
     x: usize,
@@ -47,18 +47,17 @@ impl Window {
         self.width * self.height
     }
 
-    /// The pixels of `plane` that the window covers when it moves by `simd`, row by row. The border's
-    /// pixels go on outside.
+    /// The pixels of `plane` in the window after it is moved, row by row. The border's pixels are repeated outside.
     #[inline(always)]
     pub(super) fn look(self, plane: &Plane<f32>, [u, v]: [f32; 2]) -> [f32; PIXELS] {
         if self.count() < PIXELS {
             return self.look_narrowly(plane, [u, v]);
         }
-        // Further outside than any picture is wide it looks alike everywhere.
+        // Far outside all pixels repeat the border.
         let near = |v: f32| v.clamp(-FAR, FAR);
         let (x, y) = (near(self.x as f32 + u), near(self.y as f32 + v));
         let (left, top) = (x.floor(), y.floor());
-        // All pixels of a whole window lie alike between those of `plane`.
+        // All pixels of a complete window have the same offsets between those of `plane`.
         let (fx, fy) = (x - left, y - top);
         let (left, top) = (left as i32, top as i32);
         let size = plane.size();
@@ -102,7 +101,7 @@ impl Window {
     }
 }
 
-/// A patch of the first picture, its slopes, and what follows from them alone.
+/// A patch of the first picture, with its gradient and what depends on these alone.
 pub(super) struct Patch {
     window: Window,
     /// Values less their mean, row by row.
@@ -131,15 +130,14 @@ impl Patch {
         let slopes = slopes(a, window);
         let product = |i: usize, j: usize| dot(&slopes[i], &slopes[j]);
         let (xx, xy, yy) = (product(0, 0), product(0, 1), product(1, 1));
-        // Slopes in one direction only leave the other one open: the search must stay as it began.
+        // A gradient in one direction leaves the other undetermined: the search must not start.
         let det = xx * yy - xy * xy;
         let inverse =
             (det > 1e-3 * (xx + yy).powi(2) && det > 1.0).then(|| [yy / det, -xy / det, xx / det]);
         Self { window, values, slopes, inverse }
     }
 
-    /// What each pixel misses in `b` when the patch moves by `simd`, the mean taken off; and the sum
-    /// of their squares.
+    /// The difference of each pixel to the moved patch in `b`, less the mean; and the sum of the squares.
     #[inline(always)]
     fn misses(&self, b: &Plane<f32>, vector: [f32; 2]) -> ([f32; PIXELS], f32) {
         let mut misses = self.window.look(b, vector);
@@ -156,8 +154,8 @@ impl Patch {
         (self.window.x + self.window.width / 2, self.window.y + self.window.height / 2)
     }
 
-    /// The vector that moves the patch to where `b` looks like it: the best of `tries`, the first of
-    /// equally good ones, improved by at most `descents` steps.
+    /// The vector that moves the patch to its match in `b`: the best of `tries`, the first of equally good ones,
+    /// improved by at most `descents` steps.
     pub(super) fn search(&self, b: &Plane<f32>, tries: &[[f32; 2]], descents: usize) -> Found {
         dispatch(
             #[inline(always)]
@@ -192,7 +190,7 @@ impl Patch {
             let step = [xx * gx + xy * gy, xy * gx + yy * gy];
             vector = [vector[0] - step[0], vector[1] - step[1]];
             let away = [vector[0] - start.1[0], vector[1] - start.1[1]];
-            // Kroeger et al.: a patch that runs further than its own size has lost its way.
+            // Kroeger et al.: a patch that moves further than its own size is lost.
             if away[0] * away[0] + away[1] * away[1] > (PATCH * PATCH) as f32 {
                 break;
             }

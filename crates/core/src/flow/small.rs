@@ -1,4 +1,4 @@
-//! Frames made small: their mean luma is all that motion and cuts are looked for in.
+//! Downscaled luma, in which motion and cuts are found.
 
 use crate::parallel::prelude::*;
 
@@ -9,16 +9,16 @@ use crate::geom::Size;
 use crate::plane::Plane;
 use crate::simd::dispatch;
 
-/// The longer side of a small picture is at most this; a whole number of pixels becomes one.
+/// The longest side of a small picture. A small pixel is the mean of a whole number of pixels.
 const SMALL_SIDE: u32 = 480;
 
 /// Levels of the pyramid: the coarsest patch is 32 small pixels wide, and finds moves of as many.
 const LEVELS: usize = 3;
 
-/// A frame made small: means of `factor` x `factor` pixels' luma.
+/// A downscaled frame: means of the luma of `factor` x `factor` pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Small {
-    /// Pixels of the frame that one small pixel stands for, along a side.
+    /// Side of a small pixel in pixels of the frame.
     pub factor: u32,
     /// The frame's size.
     pub size: Size,
@@ -27,12 +27,12 @@ pub struct Small {
 }
 
 impl Small {
-    /// Makes `frame` small. Rows and columns that do not fill a small pixel are left out.
+    /// Downscales `frame`. Rows and columns that do not fill a small pixel are ignored.
     pub fn new(frame: &Frame) -> Self {
         Self::in_memory(frame, None)
     }
 
-    /// The same in the memory of one that is no longer needed, if any.
+    /// The same in the buffers of another one, if any.
     pub(crate) fn in_memory(frame: &Frame, spent: Option<Self>) -> Self {
         let mut spent = spent.into_iter().flat_map(|small| small.levels).map(Plane::into_values);
         let mut memory = || spent.next().unwrap_or_default();
@@ -80,8 +80,8 @@ fn means_of_luma(small: &mut Plane<f32>, factor: u32, planes: &Planes) {
     });
 }
 
-/// Fills rows of small pixels, each the `mean` of its columns' sums of `factor` of the frame's rows; a pixel of
-/// those has as many bytes as `each` says.
+/// Fills rows of small pixels: each is the `mean` of sums of `factor` rows of the frame in its columns; `each` is the
+/// number of bytes of a pixel in these rows.
 fn small_rows<'a>(
     small: &mut Plane<f32>,
     factor: u32,

@@ -1,4 +1,4 @@
-//! Frames as video has them, planes, and the pixels that are made of them where somebody asks.
+//! Frames as planes, the form of video, with pixels that are converted on demand.
 
 use std::iter::Sum;
 use std::ops::Range;
@@ -10,10 +10,10 @@ use super::{Frame, Rgba, check_size};
 use crate::colour::{Form, FromYuv, Planes, RowsToRgba, to_rgba};
 use crate::error::{Error, Result};
 
-/// Rows that are one piece of work.
+/// Rows in one parallel piece of work.
 const PACK: usize = 64;
 
-/// Buffers of frames that are no longer needed, to be filled again.
+/// Buffers of a frame that is no longer needed, to be filled again.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Buffers {
     /// Of pixels.
@@ -29,11 +29,11 @@ impl Buffers {
     }
 }
 
-/// Pixels that are there, or will be when they are asked for.
+/// Pixels that exist, or are converted on demand.
 #[derive(Debug)]
 pub(super) struct Pixels {
     made: OnceLock<Vec<Rgba>>,
-    /// Memory to make them in.
+    /// Buffer for the conversion.
     room: Mutex<Vec<Rgba>>,
 }
 
@@ -50,14 +50,14 @@ impl Clone for Pixels {
 }
 
 impl Pixels {
-    /// All of them; those that are not there are made of `planes`.
+    /// All pixels; they are converted from `planes` if they do not exist.
     #[inline]
     pub(super) fn of(&self, planes: Option<&Planes>) -> &[Rgba] {
         self.made.get_or_init(|| {
             let Planes { form: Form { layout, coding }, data } =
                 planes.expect("a frame without pixels has planes");
             let mut pixels = self.take_room();
-            // By one thread: one that waited for others' help might take up work that waits for this.
+            // On one thread: a thread that waits for others might take up work that waits for this conversion.
             to_rgba(layout, *coding, data, &mut pixels);
             pixels
         })
@@ -73,7 +73,7 @@ impl Pixels {
         self.into_buffers()
     }
 
-    /// Their memory, whether they were made or not.
+    /// Their buffer, converted or not.
     pub(super) fn into_buffers(self) -> Vec<Rgba> {
         let room = self.room.into_inner().unwrap_or_else(PoisonError::into_inner);
         self.made.into_inner().unwrap_or(room)
@@ -81,9 +81,8 @@ impl Pixels {
 }
 
 impl Frame {
-    /// A frame of `planes`, opaque, each sample of whose chroma stands for
-    /// [four pixels](crate::colour::Layout::is_squared). Its pixels are made, in the memory of `room`, when
-    /// they are asked for.
+    /// A frame of opaque `planes`, each chroma sample of which belongs to [four
+    /// pixels](crate::colour::Layout::is_squared). Its pixels are converted on demand, in the buffer `room`.
     ///
     /// # Errors
     /// When a side is 0 or above [`crate::geom::MAX_SIDE`], the planes are of another layout, or not as
@@ -101,19 +100,18 @@ impl Frame {
         Ok(Self { size: layout.size, opaque: true, planes: Some(planes), pixels })
     }
 
-    /// Whether the pixels are there, and need not be made first.
+    /// Whether the pixels exist and need no conversion.
     pub(crate) fn has_pixels(&self) -> bool {
         self.undeveloped().is_none()
     }
 
-    /// The planes that pixels would have to be made of.
+    /// The planes from which pixels would be converted.
     fn undeveloped(&self) -> Option<&Planes> {
         self.planes.as_ref().filter(|_| self.pixels.made.get().is_none())
     }
 
-    /// Calls `visit` with the pixels of `rows`, `together` rows at a time, by all threads, and adds up what
-    /// that returns; `with` has something for each. Where the pixels are not there they are made for it,
-    /// and let go.
+    /// Calls `visit` in parallel with the pixels of `rows`, `together` rows at a time, and adds up its results;
+    /// `with` has an item for each call. Pixels that do not exist are converted for the call and not kept.
     pub(crate) fn pass_over<T: Send, S: Sum<S> + Send>(
         &self,
         rows: Range<usize>,
@@ -143,14 +141,14 @@ impl Frame {
         }
     }
 
-    /// The planes, of a frame that came as such.
+    /// The planes, if the frame has them.
     #[doc(hidden)]
     pub fn planes(&self) -> Option<&Planes> {
         self.planes.as_ref()
     }
 
-    /// This frame, of whose pixels only those in `rows` may be asked for; `None` where all are there, or
-    /// have to be. They are made in the memory of `room`.
+    /// This frame with the pixels in `rows` only, which are converted in the buffer `room`; others must not be read.
+    /// `None` if all pixels exist already, or have to be converted.
     pub(crate) fn with_rows(
         &self,
         rows: impl IntoIterator<Item = Range<u32>>,
@@ -168,7 +166,7 @@ impl Frame {
         Some(Self { size: self.size, opaque: true, planes: None, pixels: pixels.into() })
     }
 
-    /// About the colour at `(x, y)`: of planes, the nearest sample of each.
+    /// The approximate colour at `(x, y)`: of planes, the nearest sample of each.
     pub(crate) fn near(&self, x: u32, y: u32) -> Rgba {
         match &self.planes {
             Some(planes) => {
@@ -179,7 +177,7 @@ impl Frame {
         }
     }
 
-    /// The memory of a frame that is no longer needed.
+    /// The buffers of a frame that is no longer needed.
     #[doc(hidden)]
     pub fn into_buffers(self) -> Buffers {
         Buffers {

@@ -1,4 +1,4 @@
-//! What the governor changed, for the user and for reports.
+//! The changes of detail by the governor, for the user and for reports.
 
 /// A change of detail, and why.
 #[derive(Clone, Debug, PartialEq)]
@@ -6,13 +6,13 @@
 pub struct Change {
     /// What was changed: `steps`, `rows`, `map`, `motion` or `seeds`.
     pub what: &'static str,
-    /// What it was.
+    /// The value before.
     pub from: f64,
-    /// What it is now.
+    /// The value now.
     pub to: f64,
-    /// What the frame was expected to take as it was, in milliseconds of the budget's.
+    /// The expected time of the frame without the change, in milliseconds.
     pub expected_ms: f64,
-    /// The budget.
+    /// The budget, in milliseconds.
     pub budget_ms: f64,
 }
 
@@ -30,9 +30,9 @@ impl std::fmt::Display for Change {
     }
 }
 
-/// A change of `what` where a frame was expected to take this many seconds of the budget.
+/// A change of `what`; `expected` and `budget` in seconds.
 pub(super) fn change(what: &'static str, from: f64, to: f64, expected: f64, budget: f64) -> Change {
-    // Microseconds are plenty for a reader.
+    // Rounded to microseconds.
     let ms = |seconds: f64| (seconds * 1e6).round() / 1e3;
     Change { what, from, to, expected_ms: ms(expected), budget_ms: ms(budget) }
 }

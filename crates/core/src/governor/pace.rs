@@ -1,14 +1,14 @@
-//! What times are to be expected from those that were.
+//! Expected times, from the last ones.
 
-/// How much of a time above the mean is taken over at once, and of one below: load that comes is to be
-/// answered at the next frame, load that goes may have gone for a moment only.
+/// The share of the difference by which the mean follows a longer and a shorter time. It rises fast, to react to load
+/// at the next frame, and falls slowly, since load may come back at once.
 const RISE: f64 = 0.5;
 const FALL: f64 = 0.125;
 
 /// How fast the mean deviation follows.
 const SPREAD: f64 = 0.125;
 
-/// Mean deviations above the mean that are reckoned with. The mean itself leans towards the long times,
+/// Mean deviations that are added to the mean for an expected time. The mean itself is nearer to the long times,
 /// since it rises faster than it falls.
 const CAUTION: f64 = 1.5;
 
@@ -25,25 +25,25 @@ impl Pace {
         self.mean > 0.0
     }
 
-    /// Takes note of a time.
+    /// Takes a `time` into the mean and the deviation.
     pub(super) fn learn(&mut self, time: f64) {
         if !self.is_known() {
             self.mean = time;
             return;
         }
         let off = time - self.mean;
-        // An outlier counts only as a long time.
+        // An outlier counts as at most twice the mean.
         let distance = off.abs().min(self.mean);
         self.deviation += (distance - self.deviation) * SPREAD;
         self.mean += off.min(self.mean) * if off > 0.0 { RISE } else { FALL };
     }
 
-    /// The mean; 0 before anything is known.
+    /// The mean; 0 before any time is known.
     pub(super) fn mean(&self) -> f64 {
         self.mean
     }
 
-    /// What nearly all times stay below; 0 before anything is known.
+    /// A bound that nearly all times stay below; 0 before any time is known.
     pub(super) fn careful(&self) -> f64 {
         self.mean + CAUTION * self.deviation
     }

@@ -13,14 +13,14 @@ struct Machine {
     setup: f64,
     step: f64,
     paint: f64,
-    /// What a frame takes after one without refinement, for those after it.
-    waking: f64,
+    /// Time of the first frame with refinement after frames without, divided by that of later ones.
+    resuming: f64,
     /// Relative, uniform on both sides.
     noise: f64,
 }
 
 const MACHINE: Machine =
-    Machine { look: 6.0, setup: 6.0, step: 4.0, paint: 9.0, waking: 1.5, noise: 0.0 };
+    Machine { look: 6.0, setup: 6.0, step: 4.0, paint: 9.0, resuming: 1.5, noise: 0.0 };
 
 /// As a large picture is: a whole step does not fit into 33 ms.
 const LARGE: Machine = Machine { look: 7.0, setup: 10.0, step: 28.0, paint: 15.0, ..MACHINE };
@@ -40,7 +40,7 @@ struct Trial {
     machine: Machine,
     most: u32,
     seeds: u32,
-    awake: bool,
+    is_refined: bool,
     frame: u32,
     changes: Vec<(u32, Change)>,
 }
@@ -49,7 +49,15 @@ impl Trial {
     fn new(budget_ms: f64, machine: Machine) -> Self {
         let governor = Governor::new(Duration::from_secs_f64(budget_ms / 1e3));
         let changes = Vec::new();
-        Self { governor, machine, most: MOST_STEPS, seeds: 100, awake: true, frame: 0, changes }
+        Self {
+            governor,
+            machine,
+            most: MOST_STEPS,
+            seeds: 100,
+            is_refined: true,
+            frame: 0,
+            changes,
+        }
     }
 
     fn run(&mut self, frames: u32, load: impl Fn(u32) -> f64) -> Vec<Seen> {
@@ -82,10 +90,10 @@ impl Trial {
             (false, _) => machine.setup,
         };
         let steps = steps.eighths();
-        let wakes = if self.awake { 1.0 } else { machine.waking };
-        self.awake = steps > 0;
+        let slowdown = if self.is_refined { 1.0 } else { machine.resuming };
+        self.is_refined = steps > 0;
         let step = machine.step * share * super::steps(steps);
-        let meshed = time((begun * (0.5 + 0.5 * share) + step) * wakes, 1);
+        let meshed = time((begun * (0.5 + 0.5 * share) + step) * slowdown, 1);
         governor.meshed(fresh || seeds != self.seeds, Steps::from_eighths(steps), meshed);
         self.seeds = seeds;
         let rows = governor.rows();
@@ -93,7 +101,7 @@ impl Trial {
         let painted = time(machine.paint * sparse * (0.4 + 0.6 * share), 2);
         governor.painted(rows, painted);
         let budget = Duration::from_secs_f64(governor.budget);
-        self.changes.extend(governor.take_news().into_iter().map(|change| (frame, change)));
+        self.changes.extend(governor.take_changes().into_iter().map(|change| (frame, change)));
         Seen { steps, seeds, rows, missed: looked.max(meshed).max(painted) > budget }
     }
 }
@@ -286,7 +294,7 @@ proptest! {
             let rows = governor.rows();
             prop_assert!([1, 2, 4].contains(&rows));
             governor.painted(rows, ms(paint_ms));
-            for change in governor.take_news() {
+            for change in governor.take_changes() {
                 prop_assert!(change.from != change.to);
                 prop_assert!(change.expected_ms.is_finite());
             }

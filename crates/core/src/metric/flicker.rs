@@ -1,4 +1,4 @@
-//! Flicker of a rendered clip: how much it changes beyond what its source changes.
+//! Flicker of a rendered clip: its changes beyond those of the source.
 
 use crate::parallel::prelude::*;
 

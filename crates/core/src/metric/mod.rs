@@ -1,4 +1,4 @@
-//! How far a rendering is from its source: structural similarity, squared error, flicker.
+//! The distance of a rendering from its source: structural similarity, squared error, flicker.
 
 pub mod flicker;
 pub mod mse;
@@ -19,7 +19,7 @@ fn same_size(a: Size, b: Size) -> Result<()> {
 
 const WHITE: Rgba = [255; 4];
 
-/// `frame` over white: what is compared, so that colours which nobody sees do not count.
+/// `frame` composed over white, for comparisons: invisible colours do not count.
 pub fn over_white(frame: &Frame) -> Frame {
     if frame.is_opaque() {
         return frame.clone();

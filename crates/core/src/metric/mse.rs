@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::frame::Frame;
 
 /// Mean over all pixels and the channels R, G and B of the squared difference, 0..65025; alpha is
-/// not looked at. As scikit-image's `mean_squared_error` on the RGB arrays.
+/// ignored. As scikit-image's `mean_squared_error` on the RGB arrays.
 ///
 /// # Errors
 /// When the frames differ in size.

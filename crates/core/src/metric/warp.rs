@@ -47,7 +47,7 @@ impl WarpError {
         if let Some((before, painted)) = &self.last {
             let back = flow(&luma, before)?;
             let forth = flow(before, &luma)?;
-            // A pair in which all is occluded says nothing.
+            // A pair without visible pixels does not count.
             if let Some(error) = warped_difference(&colours, painted, &back, &seen(&back, &forth)) {
                 self.sum += error;
                 self.pairs += 1;

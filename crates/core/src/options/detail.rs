@@ -1,9 +1,9 @@
-//! What a frame may cost: the part of its quality that a time budget decides.
+//! The detail of a frame: the part of its quality that a time budget decides.
 
 use crate::error::{Error, Result};
 
-/// What a frame may cost. It is chosen before the work and decides, together with the options, the bytes: the
-/// same details give the same frames again.
+/// The detail of a frame: how much work is done for it. It is chosen before the work and decides, with the options,
+/// the bytes of the output: the same details give the same frames again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -11,20 +11,19 @@ use crate::error::{Error, Result};
     serde(default, deny_unknown_fields, rename_all = "kebab-case")
 )]
 pub struct Detail {
-    /// How well level one looks at the frame. Default [`Look::Full`].
+    /// How closely level one looks at the frame. Default [`Look::Full`].
     pub look: Look,
-    /// Seeds, per cent of those that the options ask for, 1..=100. Default 100.
+    /// Number of seeds, in per cent of that of the options, 1..=100. Default 100.
     pub seeds: u32,
-    /// Steps of refinement in place of those that the options ask for, 0..=1000, the last perhaps in
-    /// part; `None` leaves it to them. Default `None`.
+    /// Number of refinement steps in place of that of the options, 0..=1000, the last perhaps in part; `None` leaves
+    /// it to the options. Default `None`.
     pub steps: Option<Steps>,
-    /// Mean colours of triangles are taken from every so-many-th row, where they have enough of them,
-    /// 1..=4. Default 1.
+    /// Mean colours of large triangles are taken from every n-th row, 1..=4. Default 1.
     pub rows: u32,
 }
 
-/// A number of refinement steps in eighths. A part of a step is for that share of the vertices, which
-/// take turns over the frames.
+/// A number of refinement steps in eighths. A part of a step visits that share of the vertices, in turns over the
+/// frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(
     feature = "serde",
@@ -40,12 +39,12 @@ pub struct Steps {
 pub const EIGHTHS: u32 = 8;
 
 impl Steps {
-    /// So many whole steps.
+    /// This number of whole steps.
     pub const fn new(steps: u32) -> Self {
         Self::from_eighths(steps.saturating_mul(EIGHTHS))
     }
 
-    /// So many eighths of a step.
+    /// This number of eighths of a step.
     pub const fn from_eighths(eighths: u32) -> Self {
         Self { eighths }
     }
@@ -85,7 +84,7 @@ impl TryFrom<f64> for Steps {
     }
 }
 
-/// How well level one looks at a frame.
+/// How closely level one looks at a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -93,23 +92,22 @@ impl TryFrom<f64> for Steps {
     serde(rename_all = "kebab-case")
 )]
 pub enum Look {
-    /// As well as it can.
+    /// At full size, in every frame.
     #[default]
     Full,
-    /// Where seeds are chosen afresh, at the frame made half as wide and high.
+    /// If seeds are chosen afresh, at half the width and height.
     Half,
-    /// Not at all where the mesh lives on: it stays where it is, and what moved is found in the next
-    /// frame, a cut as well. Else as [`Look::Half`].
+    /// A carried mesh is not moved: motion and cuts are found in the next frame. Otherwise as [`Look::Half`].
     Reuse,
 }
 
 impl Detail {
-    /// Just what the options ask for.
+    /// The detail of the options.
     pub const FULL: Self = Self { look: Look::Full, seeds: 100, steps: None, rows: 1 };
 
-    /// The share, 0..=1, of the quality of a frame that gets `asked` steps without a budget: half of
-    /// it for the steps (more than were asked for count as all), three tenths for the seeds, a tenth
-    /// each for a full look and for all rows. A figure to read, not to compute with.
+    /// The share, 0..=1, of the quality of a frame that gets `asked` steps without a budget: half of it for the steps
+    /// (more than requested count as all), three tenths for the seeds, a tenth each for a full look and for all rows.
+    /// For reports only.
     pub fn share(&self, asked: u32) -> f64 {
         let steps = match self.steps {
             Some(steps) if steps < Steps::new(asked) => f64::from(steps) / f64::from(asked),

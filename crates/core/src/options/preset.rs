@@ -1,19 +1,19 @@
-//! Presets: options by a name, and as files.
+//! Presets: named options.
 
 use super::{Colour, Edges, Options, Points, Quality};
 use crate::error::{Error, Result};
 
-/// Options that go well together.
+/// A named set of options.
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
-    /// What it is called.
+    /// Its name.
     pub name: &'static str,
-    /// What it looks like, in a line.
+    /// Its look, in a line.
     pub about: &'static str,
     make: fn() -> Options,
 }
 
-/// All named presets, in the order in which they are listed.
+/// All presets, in the order of lists.
 pub const PRESETS: [Preset; 6] = [
     Preset {
         name: "paper",
@@ -85,7 +85,7 @@ fn crystal() -> Options {
 }
 
 impl Options {
-    /// The paper to the letter: no smoothing, no refinement, no coherence, hard edges.
+    /// The settings of the paper: no smoothing, no refinement, no coherence, hard edges.
     pub fn paper() -> Self {
         Self {
             smoothing: 0,
@@ -100,7 +100,7 @@ impl Options {
     /// The preset called `name`.
     ///
     /// # Errors
-    /// When there is none of that name; the message lists those that there are.
+    /// When there is no preset of this name; the message lists those that there are.
     pub fn preset(name: &str) -> Result<Self> {
         match PRESETS.iter().find(|preset| preset.name == name) {
             Some(preset) => Ok((preset.make)()),

@@ -174,7 +174,7 @@ pub(crate) trait IndexedParallelIterator: ParallelIterator {
         Serial(self.serial().enumerate())
     }
 
-    /// Items beside those of `other`.
+    /// Pairs of the items of both.
     fn zip<Z: IntoParallelIterator>(self, other: Z) -> Serial<Zip<Self::Iter, Z::Iter>> {
         Serial(self.serial().zip(other.serial()))
     }

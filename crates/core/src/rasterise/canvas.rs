@@ -1,4 +1,4 @@
-//! The picture that triangles of known colours make.
+//! Paints triangles of known colours.
 
 use crate::parallel::prelude::*;
 
@@ -13,29 +13,30 @@ use crate::options::Edges;
 use crate::residual::{Residual, ResidualRequest};
 use crate::scan::runs::{BAND, Bands};
 
-/// Buffers to paint in, and how the picture is wanted.
-#[derive(Debug)]
-pub(super) struct Canvas<'a> {
-    pub(super) buffers: &'a mut Buffers,
-    pub(super) bands: &'a mut Bands,
-    pub(super) scratches: &'a mut PlaneScratches,
-    pub(super) filter: &'a mut AntialiasFilter,
-    /// Pixels unless it is opaque and without outlines.
+/// Paints one picture after another in the same buffers.
+#[derive(Debug, Default)]
+pub(super) struct Canvas {
+    /// The form of pictures of its size that are opaque and have no outlines. Other pictures are painted as pixels.
     pub(super) form: Option<Form>,
+    /// Of pictures that are no longer needed.
+    pub(super) buffers: Buffers,
+    bands: Bands,
+    scratches: PlaneScratches,
+    filter: AntialiasFilter,
 }
 
-/// A request for the residual, and the frame, which is opaque, that it is the difference to.
+/// A request for the residual, with the opaque frame to compare with.
 type Request<'a> = Option<(ResidualRequest, &'a Frame)>;
 
-/// What was painted for a residual, before its colours were graded.
+/// A picture painted for the residual, before grading.
 enum Painted {
     Pixels(Vec<Rgba>),
     Planes(Planes),
 }
 
-impl Canvas<'_> {
-    /// The picture of `mesh`, its triangles in the colours of `fills`. Calls `send` with the residual, if
-    /// there is a `request`, as soon as it is known.
+impl Canvas {
+    /// Paints `mesh` in the colours of `fills`. Calls `send` with the residual, if there is a `request`, as soon as
+    /// it is known.
     pub(super) fn paint(
         &mut self,
         mesh: &Mesh,
@@ -53,22 +54,24 @@ impl Canvas<'_> {
         let painted = if style.is_graded() { self.recycle(painted) } else { painted };
         style.grade(&mut fills);
         let opaque = fills.iter().all(|fill| fill.colour[3] == 255);
-        if let Some(form) = self.form.filter(|_| opaque && !lined) {
+        if let Some(form) =
+            self.form.filter(|form| opaque && !lined && form.layout.size == mesh.size)
+        {
             let mut planes = match painted {
                 Some(Painted::Planes(planes)) if planes.form == form => planes,
                 painted => {
                     self.recycle(painted);
                     let buffers = std::mem::take(&mut self.buffers.planes);
-                    planar::paint(mesh, &fills, form, (self.bands, self.scratches), buffers)
+                    let scratch = (&mut self.bands, &mut self.scratches);
+                    planar::paint(mesh, &fills, form, scratch, buffers)
                 }
             };
             if smooth {
-                // Samples of chroma are means over several pixels as they are.
+                // Chroma is not filtered: its samples are means over several pixels already.
                 self.filter.plane(planes.split_mut()[0], width);
             }
             let buffers = std::mem::take(&mut self.buffers.pixels);
-            let frame =
-                Frame::planar(planes, buffers).expect("who wants planes wants squared ones");
+            let frame = Frame::planar(planes, buffers).expect("only squared forms are accepted");
             return Painting { frame, fills };
         }
         let mut pixels = match painted {
@@ -91,7 +94,7 @@ impl Canvas<'_> {
         Painting { frame, fills }
     }
 
-    /// Paints as the frame is stored, pixels or planes, and finds the residual, if there is a `request`.
+    /// Paints in the form of the frame, pixels or planes, and computes the residual, if there is a `request`.
     fn residual(
         &mut self,
         mesh: &Mesh,
@@ -101,8 +104,8 @@ impl Canvas<'_> {
         let (mut request, frame) = request?;
         if let Some(source) = frame.planes() {
             let buffers = std::mem::take(&mut self.buffers.planes);
-            let planes =
-                planar::paint(mesh, fills, source.form, (self.bands, self.scratches), buffers);
+            let scratch = (&mut self.bands, &mut self.scratches);
+            let planes = planar::paint(mesh, fills, source.form, scratch, buffers);
             let (offsets, writer) = request.planes(source.data.len());
             writer.write_all(offsets, &planes.data, &source.data);
             let residual = request.finish(mesh.size, Some(source.form));
@@ -110,7 +113,7 @@ impl Canvas<'_> {
         }
         let mut pixels = std::mem::take(&mut self.buffers.pixels);
         pixels.resize(mesh.size.pixels(), [0; 4]);
-        let bands = sorted(self.bands, mesh, fills);
+        let bands = sorted(&mut self.bands, mesh, fills);
         let width = mesh.size.width as usize;
         let rows = width * BAND as usize;
         let (offsets, writer) = request.pixels(mesh.size);
@@ -124,7 +127,7 @@ impl Canvas<'_> {
         Some((Painted::Pixels(pixels), request.finish(mesh.size, None)))
     }
 
-    /// Takes back the buffers of what is not shown.
+    /// Takes back the buffers of what is not shown. Returns `None`, for what was painted.
     fn recycle(&mut self, painted: Option<Painted>) -> Option<Painted> {
         match painted {
             Some(Painted::Pixels(pixels)) => self.buffers.pixels = pixels,
@@ -137,7 +140,7 @@ impl Canvas<'_> {
     /// Paints the triangles of `mesh` in the colours of `fills` on `pixels`, which are of its size. What
     /// has alpha 0 becomes transparent black.
     fn fill(&mut self, mesh: &Mesh, fills: &[Fill], pixels: &mut [Rgba]) {
-        let bands = sorted(self.bands, mesh, fills);
+        let bands = sorted(&mut self.bands, mesh, fills);
         let width = mesh.size.width as usize;
         let parts = pixels.par_chunks_mut(width * BAND as usize).enumerate();
         parts.for_each(|(band, pixels)| bands.fill(band, width, pixels));

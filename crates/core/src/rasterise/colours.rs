@@ -1,11 +1,11 @@
-//! A triangle that lives on keeps a short memory of its colour, so that flat areas do not shimmer.
+//! Smooths the colours of triangles in time, so that flat areas do not shimmer.
 
 use crate::frame::{Fill, Rgba};
 use crate::mesh::Mesh;
 
-/// Largest difference of a channel, in 8-bit steps at coherence 1, that counts as shimmer. Grain and
-/// compression leave less than one step in the mean of sixty pixels; what is held back beyond that is
-/// missing where the picture changes slowly, and raises flicker and error alike (`docs/video.md`).
+/// The largest change of a channel that counts as shimmer, in 8-bit steps at coherence 1. Grain and compression
+/// change the mean of sixty pixels by less than one step. A larger threshold delays slow changes of the picture, and
+/// raises flicker and error (`docs/video.md`).
 const SHIMMER: f64 = 2.0;
 
 /// The colours of the last frame's triangles.
@@ -17,17 +17,17 @@ pub struct Colours {
 }
 
 impl Colours {
-    /// Draws the colours of triangles that were there in the last frame (the same three vertices)
-    /// towards what they were: a change within the shimmer is not made, one of twice as much is made
-    /// by half, and one of four times as much and more is made whole, so that what moves does not
-    /// smear. Takes the colours up for the next frame. `coherence` 0 changes nothing.
+    /// Moves the colours of triangles that existed in the last frame (the same three vertices) towards their last
+    /// colours. A change up to the shimmer threshold is undone, one of twice as much is halved, and one of four times
+    /// as much or more stays, so that moving things do not smear. Stores the colours for the next frame. `coherence`
+    /// 0 changes nothing.
     pub fn steady(&mut self, mesh: &Mesh, fills: &mut [Fill], coherence: f64) {
         let shimmer = (SHIMMER * coherence).round() as i32;
         std::mem::swap(&mut self.colours, &mut self.last);
         self.colours.clear();
         let mut old = self.triangles.iter().zip(&self.last).peekable();
         for (triangle, fill) in mesh.triangles.iter().zip(fills) {
-            // Both lists are sorted: walk along.
+            // Both lists are sorted: a merge finds the common triangles.
             while old.next_if(|(t, _)| *t < triangle).is_some() {}
             if let Some((_, &before)) = old.next_if(|(t, _)| *t == triangle) {
                 fill.colour = approach(before, fill.colour, shimmer);
@@ -37,14 +37,14 @@ impl Colours {
         self.triangles.clone_from(&mesh.triangles);
     }
 
-    /// Forgets everything: a new shot begins.
+    /// Forgets all colours, for a new shot.
     pub fn forget(&mut self) {
         self.triangles.clear();
         self.colours.clear();
     }
 }
 
-/// `now`, or a colour on the way to it from `before`.
+/// `now`, or a colour between `before` and `now`.
 fn approach(before: Rgba, now: Rgba, shimmer: i32) -> Rgba {
     let difference = |c: usize| i32::from(now[c]) - i32::from(before[c]);
     let largest = (0..4).map(|c| difference(c).abs()).max().unwrap_or(0);
@@ -54,7 +54,7 @@ fn approach(before: Rgba, now: Rgba, shimmer: i32) -> Rgba {
     if largest >= 4 * shimmer {
         return now;
     }
-    // From nothing at `shimmer` to all at four times as much.
+    // The share of the change that is kept: 0 at `shimmer`, 1 at four times as much.
     let (part, whole) = (largest - shimmer, 3 * shimmer);
     [0, 1, 2, 3].map(|c| {
         let step = difference(c) * part;

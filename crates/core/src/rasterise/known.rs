@@ -1,6 +1,5 @@
-//! Meshes whose colours are known already, as a mesh stream holds them.
+//! Paints meshes whose colours are known, as those of a mesh stream.
 
-use super::canvas::Canvas;
 use super::style::{Style, difference};
 use super::{Painter, Painting};
 use crate::draw::sides;
@@ -10,8 +9,8 @@ use crate::options::Options;
 use crate::scan::spans;
 
 impl Painter {
-    /// Paints `mesh`, its triangles in `colours`, one each and in their order, which are as they were found:
-    /// before they are graded. A triangle without area is not seen.
+    /// Paints `mesh` in `colours`: one for each triangle, in the triangles' order, before grading. Triangles
+    /// without area are invisible.
     ///
     /// # Panics
     /// When there are not as many colours as triangles.
@@ -25,14 +24,7 @@ impl Painter {
         };
         let fills = colours.iter().enumerate().map(|(t, &colour)| Fill { colour, area: area(t) });
         let fills = fills.collect();
-        let mut canvas = Canvas {
-            buffers: &mut self.buffers,
-            bands: &mut self.bands,
-            scratches: &mut self.scratches,
-            form: self.form.filter(|form| form.layout.size == mesh.size),
-            filter: &mut self.filter,
-        };
-        canvas.paint(mesh, fills, &self.style, None, |_| ())
+        self.canvas.paint(mesh, fills, &self.style, None, |_| ())
     }
 }
 
@@ -43,8 +35,8 @@ pub fn graded(colours: &[Rgba], options: &Options) -> Vec<Rgba> {
     fills.iter().map(|fill| fill.colour).collect()
 }
 
-/// The edges of `mesh` along which `options` have lines drawn, each once: all, or those between colours that
-/// differ enough, but none between triangles that are both transparent. `colours` are those before they are graded.
+/// The edges of `mesh` along which `options` draw lines, each once: all, or those between colours that differ
+/// enough, but none between two transparent triangles. `colours` are those before grading.
 pub fn outlined(mesh: &Mesh, colours: &[Rgba], options: &Options) -> Vec<[u32; 2]> {
     if options.outline.is_none() {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Mean colours of the triangles, and the picture that they make.
+//! Finds the mean colours of the triangles, and paints them.
 
 mod antialias;
 mod canvas;
@@ -18,12 +18,9 @@ use crate::geom::Point;
 use crate::mesh::Mesh;
 use crate::options::{Edges, Options};
 use crate::residual::{Residual, ResidualRequest};
-use crate::scan::runs::Bands;
 use crate::simd::dispatch;
-use antialias::AntialiasFilter;
 use canvas::Canvas;
 use colours::Colours;
-use planar::PlaneScratches;
 use sparse::sparse_means;
 use style::Style;
 use tally::Tally;
@@ -35,59 +32,49 @@ pub use known::{graded, outlined};
 pub struct Painting {
     /// The low-poly picture.
     pub frame: Frame,
-    /// The colours that it holds where edges are hard, with their areas in pixels: one a triangle, in the
-    /// triangles' order (areas before outlines are drawn over them), then the outline's.
+    /// The colours of the picture where edges are hard, with their areas in pixels: one for each triangle, in the
+    /// triangles' order (areas without outlines), then the outline's.
     pub fills: Vec<Fill>,
 }
 
-/// What the mesh stage knows of a mesh, and wants, when it is painted.
+/// Results of the mesh stage that help to paint a mesh, and its request for a residual.
 #[derive(Clone, Debug, Default)]
 pub struct PaintHints {
-    /// Whether the mesh is a fresh one, whose triangles have nothing to do with those of the last.
+    /// Whether the mesh is fresh: its triangles are not those of the last frame.
     pub is_fresh: bool,
-    /// The means as [`Refined::fills`](crate::refine::Refined::fills) has them, or empty.
+    /// The mean colours in the form of [`Refined::fills`](crate::refine::Refined::fills), or empty.
     pub fills: Vec<Fill>,
-    /// Asks for the residual. Frames that are not opaque have none.
+    /// The request for a residual. Frames that are not opaque have none.
     pub residual: Option<ResidualRequest>,
 }
 
-/// Triangles whose means are taken as one piece of work.
+/// Triangles in one parallel piece of work.
 const PACK: usize = 512;
 
-/// Paints frame after frame; the colours of triangles that live on are remembered.
+/// Paints frame after frame. It remembers the colours of triangles, to smooth them in time.
 #[derive(Debug)]
 pub struct Painter {
     style: Style,
     coherence: f64,
     colours: Colours,
-    form: Option<Form>,
-    /// Of pictures that are no longer needed.
-    buffers: Buffers,
-    bands: Bands,
-    scratches: PlaneScratches,
-    filter: AntialiasFilter,
+    canvas: Canvas,
 }
 
 impl Painter {
-    /// A painter as `options` ask for it.
+    /// A painter with the colours and lines of `options`.
     pub fn new(options: &Options) -> Self {
-        let style = Style::of(options);
         Self {
-            style,
+            style: Style::of(options),
             coherence: options.coherence,
             colours: Colours::default(),
-            form: None,
-            buffers: Buffers::default(),
-            bands: Bands::default(),
-            scratches: PlaneScratches::default(),
-            filter: AntialiasFilter::default(),
+            canvas: Canvas::default(),
         }
     }
 
-    /// The same, and pictures that are opaque and without outlines are painted as planes of this `form`,
-    /// if any, which must be [squared](crate::colour::Layout::is_squared).
+    /// The same, but opaque pictures without outlines are painted as planes of this `form`, if any, which must be
+    /// [squared](crate::colour::Layout::is_squared).
     pub fn with_form(mut self, form: Option<Form>) -> Self {
-        self.form = form.filter(|form| form.layout.is_squared());
+        self.canvas.form = form.filter(|form| form.layout.is_squared());
         self
     }
 
@@ -95,10 +82,10 @@ impl Painter {
     pub fn recycle(&mut self, buffers: Buffers) {
         let Buffers { pixels, planes } = buffers;
         if !pixels.is_empty() {
-            self.buffers.pixels = pixels;
+            self.canvas.buffers.pixels = pixels;
         }
         if !planes.is_empty() {
-            self.buffers.planes = planes;
+            self.canvas.buffers.planes = planes;
         }
     }
 
@@ -109,8 +96,8 @@ impl Painter {
     }
 
     /// Paints the next frame, see [`rasterise`]. Calls `send` once, with the picture's residual if the `hints`
-    /// ask for it, as soon as it is known: before colours are graded, edges made smooth and outlines drawn. Mean colours that are not known are taken from every `rows`-th row, where a triangle has
-    /// enough of them.
+    /// ask for it, as soon as it is known: before colours are graded, edges made smooth and outlines drawn. Mean
+    /// colours that are not known are taken from every `rows`-th row, where a triangle has enough of them.
     pub fn paint(
         &mut self,
         mesh: &Mesh,
@@ -134,15 +121,8 @@ impl Painter {
         if self.coherence > 0.0 {
             self.colours.steady(mesh, &mut fills, self.coherence);
         }
-        let mut canvas = Canvas {
-            buffers: &mut self.buffers,
-            bands: &mut self.bands,
-            scratches: &mut self.scratches,
-            form: self.form.filter(|form| form.layout.size == mesh.size),
-            filter: &mut self.filter,
-        };
         let request = hints.residual.filter(|_| frame.is_opaque()).map(|request| (request, frame));
-        canvas.paint(mesh, fills, &self.style, request, send)
+        self.canvas.paint(mesh, fills, &self.style, request, send)
     }
 }
 
@@ -150,14 +130,13 @@ impl Painter {
 /// section 3: the last step), and draws its edges in `outline`, one pixel wide. Where `edges` are smooth every
 /// pixel is mixed with its neighbours, by 1 6 1 of eight across and down.
 ///
-/// A transparent pixel weighs nothing in the mean; the triangle's alpha is the mean alpha. But where less than a
-/// quarter of a triangle is seen, and that is rather opaque than not, it is transparent, and the other way round: a
-/// figure that is cut out has no haze around it. Mesh and frame must have one size.
+/// Colours are weighted by alpha, and a triangle's alpha is the mean alpha. An exception keeps the outline of a
+/// cut-out figure free of haze: a triangle less than a quarter of which is visible, and that part mostly opaque,
+/// becomes transparent; one less than a quarter of which is transparent becomes opaque. `mesh` and `frame` must have
+/// the same size.
 pub fn rasterise(mesh: &Mesh, frame: &Frame, edges: Edges, outline: Option<Rgba>) -> Painting {
-    let (buffers, bands) = (&mut Buffers::default(), &mut Bands::default());
-    let (scratches, filter) = (&mut PlaneScratches::default(), &mut AntialiasFilter::default());
-    let mut canvas = Canvas { buffers, bands, scratches, filter, form: None };
-    canvas.paint(mesh, means(mesh, frame), &Style::plain(edges, outline), None, |_| ())
+    let style = Style::plain(edges, outline);
+    Canvas::default().paint(mesh, means(mesh, frame), &style, None, |_| ())
 }
 
 /// The mean colour and the area of each triangle. One that covers no pixel's centre has the colour of
@@ -173,7 +152,7 @@ pub fn means(mesh: &Mesh, frame: &Frame) -> Vec<Fill> {
     )
 }
 
-/// What `find` finds for each triangle of `mesh`, in parallel.
+/// Calls `find` for each triangle of `mesh`, in parallel.
 fn each_triangle(mesh: &Mesh, find: impl Fn([Point; 3]) -> Fill + Sync) -> Vec<Fill> {
     let mut fills = vec![Fill { colour: [0; 4], area: 0 }; mesh.triangles.len()];
     fills.par_chunks_mut(PACK).enumerate().for_each(|(pack, fills)| {
@@ -203,7 +182,7 @@ fn mean(frame: &Frame, triangle: [Point; 3]) -> Fill {
     all.fill()
 }
 
-/// `fills` with the colours of those triangles that cover no pixel's centre.
+/// Fills in the colours of triangles that cover no pixel's centre.
 fn seen_below(mesh: &Mesh, frame: &Frame, mut fills: Vec<Fill>) -> Vec<Fill> {
     for (t, fill) in fills.iter_mut().enumerate().filter(|(_, fill)| fill.area == 0) {
         fill.colour = below_centroid(frame, mesh.triangle(t));
@@ -348,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn outlines_are_told_with_their_colour() {
+    fn outlines_come_with_their_colour() {
         let size = Size::new(20, 10);
         let mesh = triangulate(size, &[Point::pixel_centre(9, 5)]).expect("one seed");
         let red = [255, 0, 0, 255];

@@ -1,6 +1,5 @@
-//! Means and pictures as planes, the form in which video travels: a mean is linear, so a colour is
-//! converted once for a triangle, not for each pixel, and there is less than half as much to read and to
-//! write.
+//! Mean colours and painting of planes, the form of video. Because a mean is linear, a colour is converted once for
+//! each triangle, not for each pixel, and less than half of the memory is read and written.
 
 use crate::parallel::prelude::*;
 
@@ -16,10 +15,9 @@ use crate::scan::runs::{BAND, Bands};
 use crate::scan::{rows, spans};
 use crate::simd::dispatch;
 
-/// As [`super::means`], of a frame's `planes`. A sample of chroma counts for the triangle that holds the
-/// upper and for the one that holds the lower of the two pixels that it lies between; where there is none,
-/// the one nearest to the centroid does. Of triangles with [rows enough](has_enough) only every `every`-th row
-/// counts; areas are exact.
+/// As [`super::means`], from the `planes` of a frame. A sample of chroma counts for the triangles of the two pixels
+/// above and below it; a triangle without any takes the sample nearest to its centroid. Triangles with [rows
+/// enough](has_enough) use every `every`-th row only; areas are exact.
 pub(super) fn means(mesh: &Mesh, planes: &Planes, every: u32) -> Vec<Fill> {
     let factors = FromYuv::new(planes.form.coding);
     let split = planes.split();
@@ -38,7 +36,7 @@ pub(super) fn means(mesh: &Mesh, planes: &Planes, every: u32) -> Vec<Fill> {
     )
 }
 
-/// As [`mean`], of every `every`-th row; of all where nothing is covered in those.
+/// As [`mean`], from every `every`-th row; from all if those cover no pixel.
 #[inline(never)]
 fn sparse_mean(
     planes: &Planes,
@@ -50,7 +48,7 @@ fn sparse_mean(
     if some.0[0].1 == 0 { mean(planes, split, triangle, |_| true) } else { some }
 }
 
-/// Sums of luma, Cb and Cr over the rows that are `looked_at`, each with how many they are of, and the area.
+/// Sums of luma, Cb and Cr over the rows that are `looked_at`, each with the number of its samples; and the area.
 #[inline(always)]
 fn mean(
     planes: &Planes,
@@ -62,7 +60,7 @@ fn mean(
     let (width, chroma_width) = (layout.size.width as usize, layout.chroma().0);
     let [luma, cb, cr] = split;
     let (mut codes, mut all) = ([(0, 0); 3], 0);
-    // Once for nearly all of them.
+    // Nearly always one iteration.
     for first in rows(triangle).step_by(MOST_ROWS) {
         let last = (first + MOST_ROWS as u32).min(layout.size.height);
         // Not an array: these stay in registers.
@@ -95,7 +93,7 @@ fn mean(
     (codes, all as u32)
 }
 
-/// The samples nearest to the centroid in place of means over none.
+/// Takes the samples nearest to the centroid for means over no sample.
 #[inline(always)]
 fn nearest_for_none(codes: &mut [(u64, u64); 3], planes: &Planes, triangle: [Point; 3]) {
     if codes[0].1 == 0 || codes[1].1 == 0 {
@@ -106,20 +104,20 @@ fn nearest_for_none(codes: &mut [(u64, u64); 3], planes: &Planes, triangle: [Poi
     }
 }
 
-/// Memory to paint planes in.
+/// Scratch memory for painting planes.
 pub(super) type PlaneScratches = PerThread<PlaneScratch>;
 
 #[derive(Debug, Default)]
 pub(super) struct PlaneScratch {
-    /// A band of pixels: luma, Cb, Cr and 255 each.
+    /// A band of pixels: luma, Cb, Cr and 255.
     pixels: Vec<Rgba>,
-    /// Chroma of two of its rows, added up: Cb in the lower and Cr in the upper half of each number.
+    /// Sums of chroma of two of its rows: Cb in the lower half of each number, Cr in the upper.
     columns: Vec<u32>,
 }
 
 /// Paints the triangles of `mesh` in the opaque colours of `fills` as planes of `form`, which is
-/// [squared](Layout::is_squared), in the memory of `data`. A colour is converted once for its triangle; else
-/// the planes are those of the painted pixels, see [`crate::colour::from_rgba`].
+/// [squared](Layout::is_squared), in the buffer `data`. A colour is converted once for its triangle; otherwise the
+/// planes are those of the painted pixels, see [`crate::colour::from_rgba`].
 pub(super) fn paint(
     mesh: &Mesh,
     fills: &[Fill],
@@ -173,7 +171,7 @@ impl PlaneScratch {
     }
 }
 
-/// The chroma of two rows, added up, with one column more on the left, which repeats its neighbour.
+/// The sum of the chroma of two rows, with one more column on the left, which repeats its neighbour.
 #[inline(always)]
 fn add_columns(upper: &[Rgba], lower: &[Rgba], columns: &mut Vec<u32>) {
     columns.resize(upper.len() + 2, 0);
@@ -185,7 +183,7 @@ fn add_columns(upper: &[Rgba], lower: &[Rgba], columns: &mut Vec<u32>) {
     columns[0] = columns[1];
 }
 
-/// A row of chroma, each sample the mean of the columns nearest to its place.
+/// A row of chroma: each sample is the mean of the columns nearest to it.
 #[inline(always)]
 fn narrow(siting: Siting, columns: &[u32], u: &mut [u8], v: &mut [u8]) {
     const HALVES: u32 = 4 << 16 | 4;

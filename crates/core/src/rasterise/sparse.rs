@@ -1,4 +1,4 @@
-//! Mean colours from a sparser sample: cheaper, and hardly to be seen in large triangles.
+//! Mean colours from some of the rows: faster, and hardly visible in large triangles.
 
 use super::tally::Tally;
 use super::{each_triangle, mean};
@@ -7,18 +7,17 @@ use crate::geom::Point;
 use crate::mesh::Mesh;
 use crate::scan;
 
-/// Rows that a mean is taken from at least, where it is not taken from all.
+/// The least number of rows for a mean from some of the rows.
 const ENOUGH: u32 = 3;
 
-/// As [`super::means`], but of triangles with rows enough only every `every`-th row of the frame
-/// counts. Areas are exact.
+/// As [`super::means`], but large triangles use every `every`-th row of the frame only. Areas are exact.
 pub(super) fn sparse_means(mesh: &Mesh, frame: &Frame, every: u32) -> Vec<Fill> {
     each_triangle(mesh, |triangle| {
         if !has_enough(triangle, every) {
             return mean(frame, triangle);
         }
         let some = Tally::of(frame, triangle, |y| y % every == 0);
-        // Where nothing is seen in them all rows have to tell.
+        // If they have no visible pixel, all rows count.
         match some.alpha.checked_div(some.seen) {
             None | Some(0) => mean(frame, triangle),
             Some(_) => some.fill(),
@@ -26,7 +25,7 @@ pub(super) fn sparse_means(mesh: &Mesh, frame: &Frame, every: u32) -> Vec<Fill> 
     })
 }
 
-/// Whether a triangle has rows enough for a mean from every `every`-th of them.
+/// Whether a triangle is large enough for a mean from every `every`-th row.
 pub(super) fn has_enough(triangle: [Point; 3], every: u32) -> bool {
     scan::rows(triangle).len() >= (ENOUGH * every) as usize
 }

@@ -1,11 +1,11 @@
-//! What is done to colours after they were found, and the lines between them.
+//! Grades colours, and draws lines between them.
 
 use crate::draw;
 use crate::frame::{Fill, Rgba, luma};
 use crate::mesh::Mesh;
 use crate::options::{Edges, Options};
 
-/// How a mesh whose colours are known is painted.
+/// How a mesh of known colours is painted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Style {
     /// How triangles meet.
@@ -21,7 +21,7 @@ pub(super) struct Style {
 }
 
 impl Style {
-    /// Colours as they are, and lines of one pixel along all edges.
+    /// No grading, and lines of one pixel along all edges.
     pub(super) fn plain(edges: Edges, outline: Option<Rgba>) -> Self {
         Self { edges, outline, width: 1, contrast: 0, saturation: 1.0, wash: 0.0 }
     }
@@ -42,7 +42,7 @@ impl Style {
         self.saturation != 1.0 || self.wash != 0.0
     }
 
-    /// Changes the colours as asked for.
+    /// Applies saturation and wash.
     pub(super) fn grade(&self, fills: &mut [Fill]) {
         if !self.is_graded() {
             return;
@@ -61,8 +61,8 @@ impl Style {
         }
     }
 
-    /// Draws the lines on `pixels`; `colours` are the triangles' before they were graded. Returns the
-    /// lines' fills.
+    /// Draws the lines on `pixels`; `colours` are those of the triangles before grading. Returns the fills of the
+    /// lines.
     pub(super) fn draw(&self, pixels: &mut [Rgba], mesh: &Mesh, colours: &[Rgba]) -> Vec<Fill> {
         let Some(colour) = self.outline else { return Vec::new() };
         if colours.iter().any(|colour| colour[3] < 255) {
@@ -80,8 +80,8 @@ impl Style {
         vec![Fill { colour, area }]
     }
 
-    /// The colour of the line of `outline` between triangles of two colours, or between one and the frame's
-    /// border; `None` where there is to be none. It is as opaque as the more opaque of them.
+    /// The colour of the line of `outline` between triangles of two colours, or between one and the frame's border;
+    /// `None` for no line. Its opacity is the larger one of the triangles'.
     fn line(&self, outline: Rgba, here: Rgba, there: Option<Rgba>) -> Option<Rgba> {
         let wanted = match there {
             Some(there) => self.contrast == 0 || difference(here, there) > self.contrast,

@@ -1,4 +1,4 @@
-//! What the pixels of a triangle add up to.
+//! Sums over the pixels of a triangle.
 
 use crate::frame::{Fill, Frame, Rgba};
 use crate::geom::Point;
@@ -10,15 +10,14 @@ fn rounded(sum: u64, count: u64) -> u8 {
     ((sum + count / 2) / count) as u8
 }
 
-/// What the pixels of a triangle add up to, in those rows of the frame that are looked at.
+/// Sums over the pixels of a triangle, in some rows of the frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Tally {
     /// Pixels in all rows.
     pub(super) area: u32,
-    /// Pixels that were looked at.
+    /// Pixels in the rows that count.
     pub(super) seen: u64,
-    /// Red, green and blue, each pixel's as often as it weighs: once where all are opaque, else as much
-    /// as can be seen of it.
+    /// Red, green and blue, each multiplied by the pixel's alpha, or by 1 if all pixels are opaque.
     colour: [u64; 3],
     weight: u64,
     pub(super) alpha: u64,
@@ -26,12 +25,12 @@ pub(super) struct Tally {
     alpha_squares: u64,
 }
 
-/// Of a triangle on the outline of a figure that is cut out, the share of its pixels that do not belong to it as the
-/// others do, one in so many, below which they do not count: such triangles would be a haze of rays around the
-/// figure, or of holes in it. Their squared error grows by a third at most.
+/// A triangle on the outline of a cut-out figure holds some pixels of the other side. If they are fewer than one in
+/// this number, they are ignored: otherwise such triangles form a haze of rays around the figure, or of holes in it.
+/// Their squared error grows by a third at most.
 const STRAY: u64 = 4;
 
-/// Whether the `sum` of `seen` pixels' alpha, or of what it lacks of 255, comes from few of them, and each has much.
+/// Whether the `sum` of alpha over `seen` pixels (or of 255 - alpha) comes from few pixels with high values.
 fn is_stray(sum: u64, squares: u64, seen: u64) -> bool {
     sum * STRAY < 255 * seen && 2 * squares > 255 * sum
 }
@@ -115,7 +114,7 @@ impl Tally {
         }
     }
 
-    /// The mean of the pixels that were looked at, of which there must be any.
+    /// The mean of the pixels that count, of which there must be at least one.
     pub(super) fn fill(&self) -> Fill {
         let alpha = self.mean_alpha();
         if alpha == 0 {

@@ -1,4 +1,4 @@
-//! What error a triangle may be expected to have on a picture.
+//! The expected error of a triangle on a picture.
 
 use std::ops::Range;
 
@@ -12,8 +12,8 @@ use crate::scan::{self, first_centre};
 /// Triangles along each side of the frame.
 const ALONG: i32 = 16;
 
-/// The mean squared error of triangles of a plain grid, when `triangles` of them share the frame. From 256
-/// samples. Where the frame is not opaque, or has no pixels, `rows` has all of its sums.
+/// The mean squared error of the triangles of a regular grid of `triangles` triangles, from 256 samples. If the frame
+/// is not opaque, or has no pixels, `rows` must have all of its sums.
 pub(super) fn cell_error(rows: &RowSums, target: &Target, triangles: usize) -> f64 {
     let (far, leg) = (target.size().far(), leg(target.size(), triangles));
     let picture = target.picture();
@@ -22,7 +22,7 @@ pub(super) fn cell_error(rows: &RowSums, target: &Target, triangles: usize) -> f
         for i in 0..ALONG {
             let a = Point::new(place(i, far.x - leg), place(j, far.y - leg));
             let triangle = [a, Point::new(a.x + leg, a.y), Point::new(a.x, a.y + leg)];
-            // From the pixels, where they are there: not all rows may have been summed then.
+            // From the pixels, if they exist: not all rows may have been summed then.
             let total = if picture.is_opaque() && picture.has_pixels() {
                 opaque_total(picture, triangle)
             } else {
@@ -50,12 +50,12 @@ fn leg(size: Size, triangles: usize) -> i32 {
     ((2.0 * area).sqrt() as i32).clamp(1, far.x.min(far.y))
 }
 
-/// Where the `k`-th of [`ALONG`] triangles begins.
+/// The position of the `k`-th of [`ALONG`] triangles.
 fn place(k: i32, last: i32) -> i32 {
     (i64::from(last) * i64::from(k) / i64::from(ALONG - 1)) as i32
 }
 
-/// What the pixels of a triangle add up to, one by one.
+/// The sums over the pixels of a triangle, one by one.
 fn opaque_total(picture: &Frame, triangle: [Point; 3]) -> Total {
     let (mut count, mut sums) = (0, [0i64; 3]);
     scan::spans(triangle, 0..picture.size().height, |y, columns| {

@@ -1,15 +1,15 @@
-//! What a triangle costs, and what a change to it gains.
+//! The cost of a triangle, and the gain of a change.
 
 use super::rows::RowSums;
 use super::shape::flatness;
 use super::sums::{Sums, Total};
 use crate::geom::{Point, orient};
 
-/// What a triangle costs.
+/// The cost of a triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Cost {
-    /// Squared error of its mean colour over its pixels, less their squares, which no change to the
-    /// mesh changes: differences are what counts. Squared 8-bit steps.
+    /// Squared error of its mean colour over its pixels, less the pixels' squares, which do not depend on the mesh.
+    /// In squared 8-bit steps.
     pub(super) error: f64,
     /// Its [`flatness`].
     pub(super) shape: f64,
@@ -18,7 +18,7 @@ pub(super) struct Cost {
 impl Cost {
     pub(super) const INFINITE: Self = Self { error: f64::INFINITY, shape: f64::INFINITY };
 
-    /// Of `triangle`, whose edges sum to `sums`; infinite when it is turned over or has no area.
+    /// The cost of `triangle`, whose edges have the sum `sums`; infinite if it is folded or has no area.
     #[inline]
     pub(super) fn of(rows: &RowSums, sums: &Sums, triangle: [Point; 3]) -> Self {
         let [a, b, c] = triangle;
@@ -29,13 +29,13 @@ impl Cost {
         Self::sound(rows, sums, doubled, triangle)
     }
 
-    /// The same, of a triangle whose `orient` is known to be positive.
+    /// The same for a triangle with a positive `orient`.
     #[inline(always)]
     pub(super) fn sound(rows: &RowSums, sums: &Sums, doubled: i64, triangle: [Point; 3]) -> Self {
         Self::with(&rows.total(sums, doubled, triangle), doubled, triangle)
     }
 
-    /// The same, of one whose pixels add up to `total`.
+    /// The same for a triangle whose pixels have the sums `total`.
     #[inline(always)]
     pub(super) fn with(total: &Total, doubled: i64, triangle: [Point; 3]) -> Self {
         Self { error: -total.explained(), shape: flatness(doubled, triangle) }
@@ -50,7 +50,7 @@ impl Cost {
         Self { error: self.error * by, shape: self.shape * by }
     }
 
-    /// How much a change to `after` gains. Never positive when the error itself would rise.
+    /// The gain of a change to `after`. Never positive when the squared error would rise.
     pub(super) fn gain(self, after: Self, weight: f64) -> f64 {
         if after.error > self.error {
             self.error - after.error

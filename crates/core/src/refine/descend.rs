@@ -1,4 +1,4 @@
-//! Vertices step down the error.
+//! Gradient descent: vertices move along the slope of the error.
 
 use crate::parallel::prelude::*;
 
@@ -7,6 +7,7 @@ use super::colouring::Colouring;
 use super::cost::Cost;
 use super::errors::{Errors, scale};
 use super::force::gradient;
+use super::line::{Line, MAX_REACH, MIN_REACH, PROMISE};
 use super::mean::Mean;
 use super::pass::Pass;
 use super::ring::Ring;
@@ -16,23 +17,12 @@ use super::surface::{Fans, Surface, TOGETHER, next, previous};
 use crate::geom::{Point, SUBPIXEL};
 use crate::mesh::Place;
 
-/// How far a vertex tries to go first, in 1/256 pixel, when nothing is known of it or it is activated. Measured when
-/// it is activated: 2 to 3 % less error than with a quarter of it, on stills and on video, in the same time.
+/// First step length of a vertex that is new or activated, in 1/256 pixel. Measured for activated vertices: 2 to 3 %
+/// less error than with a quarter of it, on stills and on video, in the same time.
 /// Measured by `cargo xtask measure first-reach`.
 const FIRST_REACH: i32 = SUBPIXEL;
 
-/// A vertex whose step fails at this length is deactivated: 1/16 pixel.
-const MIN_REACH: i32 = SUBPIXEL / 16;
-
-/// The longest step: about half of the distance between seeds at the default number of points.
-const MAX_REACH: i32 = 6 * SUBPIXEL;
-
-/// A step is not tried when the slope promises less than this share of what it has to gain. Measured on
-/// video: below it are half of the trials and one move in ten, those that gain least.
-/// Measured by `cargo xtask measure promise`.
-const PROMISE: f64 = 0.5;
-
-/// A vertex whose slope promises less than this share is left alone for a while.
+/// A vertex whose slope promises less than this share of the minimum gain is skipped for some frames.
 const IDLE: f64 = 0.25;
 
 /// In [streams](super::options::Mode::Stream), a vertex whose triangles have less error than this, in minimum gains,
@@ -49,48 +39,32 @@ const MIN_VISIT_ERROR: f64 = 80.0;
 /// Measured by `cargo xtask measure max-visited`.
 const MAX_VISITED: f64 = 0.25;
 
-/// Places that a vertex tries along its gradient until one gains enough; in [streams](super::options::Mode::Stream)
-/// the second is tried in the next frame. Measured there: second trials are 15 to 18 % of what is tried, and bring 4
-/// to 6 % of what is gained; without them there is half a per cent more error.
-/// Measured by `cargo xtask measure trials`.
-const TRIALS: usize = 2;
-
-/// The shortest and the longest next trial, as shares of one that failed.
-const MIN_SHRINK: f64 = 0.2;
-const MAX_SHRINK: f64 = 0.6;
-
-/// The largest factor by which a step that gains is stretched, and the smallest that is tried. Measured: with twice
-/// the largest, at most 1 % more error.
-/// Measured by `cargo xtask measure max-stretch`.
-const MAX_STRETCH: f64 = 4.0;
-const MIN_STRETCH: f64 = 1.3;
-
 /// Vertices that one piece of work looks at.
 const CHUNK: usize = 32;
 
-/// What came of a visit to a vertex.
+/// The result of a visit to a vertex.
 #[derive(Clone, Copy, Debug)]
 struct Visit {
     vertex: u32,
     to: Option<Point>,
-    /// How far it tries to go the next time.
+    /// Length of its next step.
     reach: i32,
     /// Whether it is deactivated until its surroundings change.
     deactivates: bool,
-    /// Whether hardly anything would have come of a step.
+    /// Whether a step promised almost no gain.
     idle: bool,
 }
 
 /// A triangle around a vertex that moves.
 #[derive(Clone, Copy, Debug)]
 struct Moved {
-    /// Its half-edge on the other side of it from the vertex.
+    /// Its half-edge opposite the vertex.
     link: u32,
-    /// The sums of its half-edges that leave the vertex and come back to it.
+    /// The sums of its half-edges from the vertex and back to it.
     spokes: [Sums; 2],
     cost: Cost,
     mean: Mean,
-    /// A guess at its squared error.
+    /// An estimate of its squared error.
     error: f32,
 }
 
@@ -127,34 +101,34 @@ const BLOCK: usize = 4096;
 /// The descent of all vertices.
 #[derive(Debug, Default)]
 pub(super) struct Descent {
-    /// How far each vertex tries to go, in 1/256 pixel; 0 when it last slept.
+    /// Length of the next step of each vertex, in 1/256 pixel; 0 if it was deactivated.
     reach: Vec<i32>,
-    /// The vertices whose turn it is.
+    /// The vertices of this step.
     turn: Vec<u32>,
     /// The error of the triangles around each vertex, in streams.
     around: Vec<f64>,
-    /// Memory to find the largest ones in.
+    /// Scratch for the search of the largest ones.
     largest: Vec<f64>,
     colouring: Colouring,
     found: Vec<Visits>,
 }
 
 impl Descent {
-    /// Forgets everything.
+    /// Forgets the step lengths of all vertices.
     pub(super) fn reset(&mut self, vertices: usize) {
         self.reach.clear();
         self.reach.resize(vertices, FIRST_REACH);
     }
 
-    /// Forgets what is known of these vertices.
+    /// Forgets the step lengths of `vertices`.
     pub(super) fn restart(&mut self, vertices: &[u32]) {
         for &v in vertices {
             self.reach[v as usize] = FIRST_REACH;
         }
     }
 
-    /// Lets every active vertex of `share` take a step; in streams only those whose triangles have much of the
-    /// `errors`. Returns how many moved.
+    /// Moves every active vertex of `share` by one step; in streams only those with the largest `errors` around them.
+    /// Returns how many moved.
     pub(super) fn step(
         &mut self,
         surface: &mut Surface,
@@ -234,7 +208,7 @@ fn descend(
     found.iter().map(|visits| apply(surface, (activity, errors), reach, visits)).sum()
 }
 
-/// Looks where vertex `v`, which ring `i` surrounds, goes.
+/// Finds the step of vertex `v`, which ring `i` surrounds.
 fn visit(
     surface: &Surface,
     errors: &Errors,
@@ -282,8 +256,8 @@ fn visit(
     out.visits.push(Visit { vertex: v, to, reach, deactivates: reach == 0, idle: false });
 }
 
-/// Guesses at the errors of triangles around a vertex that has `moved`, of pixels of such `squares`: as if pixels
-/// had kept the triangle that they are in, but together no more than there is.
+/// Estimates the errors of the triangles around a vertex that has `moved`, from the sum of the squares of their
+/// pixels: each keeps its error per pixel, scaled so that their sum is right.
 fn guess(surface: &Surface, errors: &Errors, squares: f64, moved: &mut [Moved]) {
     let (mut left, mut guessed) = (squares, 0.0);
     for moved in &mut *moved {
@@ -293,72 +267,6 @@ fn guess(surface: &Surface, errors: &Errors, squares: f64, moved: &mut [Moved]) 
     }
     let scale = scale(left, guessed);
     moved.iter_mut().for_each(|moved| moved.error *= scale);
-}
-
-/// The way that a vertex tries.
-struct Line<'a, 'b> {
-    ring: &'a mut Ring,
-    from: Point,
-    direction: (f64, f64),
-    /// What a pixel of it gains at its beginning, in squared 8-bit steps.
-    slope: f64,
-    before: Cost,
-    pass: Pass<'b>,
-}
-
-impl Line<'_, '_> {
-    fn point(&self, reach: i32) -> Point {
-        let part = |share: f64| (share * f64::from(reach)).round() as i32;
-        let (x, y) = self.direction;
-        Point::new(self.from.x + part(x), self.from.y + part(y))
-    }
-
-    /// What it gains to go to `to`; minus infinity where the mesh would turn over. Never positive when
-    /// the error itself would rise.
-    fn gain(&mut self, to: Point) -> f64 {
-        let Pass { rows, weight, .. } = self.pass;
-        let after = self.ring.try_at(rows, to);
-        after.map_or(f64::NEG_INFINITY, |after| self.before.gain(after, weight))
-    }
-
-    /// Looks for the top of the gain along the way: a parabola with the slope at the start goes through each place
-    /// that was tried, and gives the next one. Returns the place, with the ring's spokes for it, and the reach for
-    /// the next time; 0 when no gain is expected in this direction.
-    fn search(&mut self, reach: i32) -> (Option<Point>, i32) {
-        let mut reach = reach;
-        for _ in 0..if self.pass.is_stream() { 1 } else { TRIALS } {
-            let to = self.point(reach);
-            let gain = self.gain(to);
-            let promise = self.slope * f64::from(reach) / f64::from(SUBPIXEL);
-            // Where the parabola has its top, as a share of the reach.
-            let top = if gain < promise { 0.5 * promise / (promise - gain) } else { f64::INFINITY };
-            if gain > self.pass.min_gain {
-                return self.stretch(to, gain, reach, top);
-            }
-            let hope = if gain.is_finite() { 0.5 * promise * top } else { promise * MAX_SHRINK };
-            if reach == MIN_REACH || hope <= PROMISE * self.pass.min_gain {
-                return (None, 0);
-            }
-            let shorter = f64::from(reach) * top.clamp(MIN_SHRINK, MAX_SHRINK);
-            reach = (shorter as i32).max(MIN_REACH);
-        }
-        (None, reach)
-    }
-
-    /// Goes on from `to`, where it gains `gain`, as far as the top of the parabola, if that is further.
-    fn stretch(&mut self, to: Point, gain: f64, reach: i32, top: f64) -> (Option<Point>, i32) {
-        let longer = (f64::from(reach) * top.min(MAX_STRETCH)) as i32;
-        if top < MIN_STRETCH || longer > MAX_REACH {
-            return (Some(to), reach);
-        }
-        self.ring.keep();
-        let further = self.point(longer);
-        if self.gain(further) > gain {
-            return (Some(further), longer);
-        }
-        self.ring.restore();
-        (Some(to), reach)
-    }
 }
 
 /// Makes the changes that were `found`. Returns how many vertices move.
@@ -396,7 +304,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_least_of_the_largest_parts_them_from_the_rest() {
+    fn the_least_of_the_largest_is_their_lower_bound() {
         let values = [3.0, f64::INFINITY, 1.0, 3.0, 0.0, 7.0];
         let least = |limit| least_of_largest(&mut values.to_vec(), limit);
         assert_eq!([1, 2, 3, 4, 5].map(least), [f64::INFINITY, 7.0, 3.0, 3.0, 1.0]);

@@ -1,11 +1,11 @@
 //! The squared error of each triangle, as far as it is known.
 //!
-//! A triangle's cost leaves out the squares of its pixels, which no change to the mesh changes; to know
-//! where the error is large they have to be summed pixel by pixel.
+//! A triangle's cost is its squared error less the squares of its pixels, which do not depend on the mesh. The error
+//! itself has to be summed pixel by pixel.
 //!
-//! In streams estimates suffice for triangles that have changed. Their total error is that of the triangles they
-//! replace, less the gain; only its distribution is not known. Measured on a snowy street and a commercial at 1080p:
-//! with three steps 6 % less time than with estimates for them; on eight clips 0 to 1.5 % more error.
+//! In streams, errors of triangles that have changed are estimated: their sum is that of the triangles they replace,
+//! less the gain; only its distribution is unknown. Measured on a snowy street and a commercial at 1080p: with three
+//! steps 6 % less time than with estimates for them; on eight clips 0 to 1.5 % more error.
 
 use crate::parallel::prelude::*;
 
@@ -15,21 +15,21 @@ use super::share::Turn;
 use super::subsampled;
 use super::surface::Surface;
 
-/// Triangles that one piece of work looks at.
+/// Triangles in one parallel piece of work.
 const CHUNK: usize = 64;
 
-/// What is known of a triangle's error.
+/// The error of a triangle, if known.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     error: f32,
-    /// The tick of the surface's clock before which the triangle has to have changed last for that to hold.
+    /// The error is valid if the triangle last changed before this tick of the surface's clock.
     before: u32,
 }
 
 impl Known {
     const NOTHING: Self = Self { error: f32::INFINITY, before: 0 };
 
-    /// Of a triangle that has not changed after this tick of the `clock`; nothing where it is not finite.
+    /// The error of a triangle that has not changed after this tick of the `clock`; unknown if not finite.
     fn until(clock: u32, error: f32) -> Self {
         if error.is_finite() { Self { error, before: clock + 1 } } else { Self::NOTHING }
     }
@@ -39,13 +39,14 @@ impl Known {
 #[derive(Debug, Default)]
 pub(super) struct Errors {
     known: Vec<Known>,
-    /// Whether errors of triangles that change are estimated from their old ones: in streams, where another step
-    /// follows that reads them.
+    /// Whether errors of changed triangles are estimated from their old ones: in streams, if another step that reads
+    /// them follows.
     guesses: bool,
 }
 
 impl Errors {
-    /// Begins a frame. Of an opaque frame of a stream the estimates of the measurement are known, of others nothing.
+    /// Begins a frame. For an opaque frame of a stream, the measurement has given estimates; otherwise all errors are
+    /// unknown.
     pub(super) fn begin(&mut self, surface: &Surface, pass: Pass) {
         self.guesses = false;
         self.known.clear();
@@ -57,7 +58,7 @@ impl Errors {
         self.known.extend(measured.map(|&error| Known::until(surface.clock, error)));
     }
 
-    /// Updates the errors of the active triangles whose `turn` it is: exactly, or by estimates in
+    /// Updates the errors of the active triangles of this `turn`: exactly, or by estimates in
     /// [streams](super::options::Mode::Stream).
     pub(super) fn update(
         &mut self,
@@ -78,12 +79,12 @@ impl Errors {
         });
     }
 
-    /// That of triangle `t`.
+    /// The error of triangle `t`.
     pub(super) fn of(&self, t: u32) -> f64 {
         self.known[t as usize].error.into()
     }
 
-    /// Those of the triangles around each vertex, together, written to `sums`.
+    /// Writes the summed errors of the triangles around each vertex to `sums`.
     pub(super) fn around_all(&self, surface: &Surface, sums: &mut Vec<f64>) {
         sums.clear();
         sums.resize(surface.at.len(), 0.0);
@@ -93,27 +94,27 @@ impl Errors {
         }
     }
 
-    /// That of triangle `t` as it is now; infinite where it is not known.
+    /// The error of triangle `t` as it is now; infinite if unknown.
     fn now(&self, surface: &Surface, t: u32) -> f32 {
         let known = self.known[t as usize];
         if surface.stamp[t as usize] < known.before { known.error } else { f32::INFINITY }
     }
 
-    /// That of a pixel of triangle `t`, in the mean.
+    /// The mean error of a pixel of triangle `t`.
     pub(super) fn density(&self, surface: &Surface, t: u32) -> f32 {
         self.now(surface, t) / surface.mean[t as usize].count.max(1.0)
     }
 
-    /// Brings that of triangle `t`, which has just changed, up to date where guesses are made: those of triangles
-    /// around a new vertex are too unlike.
+    /// Measures the error of triangle `t`, which has just changed, if others are estimated: those of triangles around
+    /// a new vertex differ too much for an estimate.
     pub(super) fn remeasure(&mut self, surface: &Surface, t: u32, pass: Pass) {
         if self.guesses {
             self.guess(surface, t, error_of(surface, t, pass));
         }
     }
 
-    /// About the squares of all pixels of `triangles`, which no change inside their outline changes; infinite where
-    /// an error is not known. `None` where the errors of the changed triangles will not be read.
+    /// An estimate of the sum of squares of all pixels of `triangles`, which does not depend on edges inside their
+    /// outline; infinite if an error is unknown. `None` if the errors of changed triangles will not be read.
     pub(super) fn squares(
         &self,
         surface: &Surface,
@@ -123,8 +124,8 @@ impl Errors {
         self.guesses.then(|| triangles.map(squares).sum())
     }
 
-    /// Takes up a guess at the `error` of triangle `t`, which has just changed, if it is finite and guesses are
-    /// made.
+    /// Stores an estimate of the `error` of triangle `t`, which has just changed, if it is finite and errors are
+    /// estimated.
     pub(super) fn guess(&mut self, surface: &Surface, t: u32, error: f32) {
         if !self.guesses {
             return;
@@ -132,8 +133,8 @@ impl Errors {
         self.known[t as usize] = Known::until(surface.clock, error);
     }
 
-    /// Guesses at the errors of triangles that were `made` of pixels of such `squares`, all with the same error
-    /// a pixel.
+    /// Estimates the errors of triangles that were `made`, from the sum of `squares` of their pixels: all have the
+    /// same error for each pixel.
     pub(super) fn distribute(&mut self, surface: &Surface, squares: Option<f64>, made: &[u32]) {
         let Some(squares) = squares else { return };
         let (mut left, mut pixels) = (squares, 0.0);
@@ -148,15 +149,15 @@ impl Errors {
     }
 }
 
-/// What parts that add up to `whole` have to be multiplied by so that it is what is `left` of an error; infinite
-/// where that is not known.
+/// The factor by which parts with the sum `whole` have to be multiplied so that their sum is what is `left` of an
+/// error; infinite if that is unknown.
 pub(super) fn scale(left: f64, whole: f32) -> f32 {
     let scale = if whole > 0.0 { left.max(0.0) as f32 / whole } else { 0.0 };
     if scale.is_nan() { f32::INFINITY } else { scale }
 }
 
 /// The error of triangle `t`; in [streams](super::options::Mode::Stream) an estimate from every second row, which is
-/// enough to rank errors.
+/// good enough to sort by.
 #[inline]
 fn error_of(surface: &Surface, t: u32, Pass { rows, target, .. }: Pass) -> f32 {
     if rows.has_subsampled() {

@@ -1,4 +1,4 @@
-//! Diagonals turn where that lowers the cost.
+//! Edge flips: an edge becomes the other diagonal of its two triangles if that lowers the cost.
 
 use crate::parallel::prelude::*;
 
@@ -10,12 +10,12 @@ use super::sums::Sums;
 use super::surface::{NONE, Surface, next, previous};
 use crate::geom::orient;
 
-/// Half-edges that one piece of work looks at.
+/// Half-edges in one parallel piece of work.
 const CHUNK: usize = 3 * 256;
 
-/// Turns inner edges, the diagonals of their two triangles, where the other diagonal costs less
-/// (data-dependent triangulation: Dyn, Levin, Rippa 1990). Only edges with a triangle that changed at
-/// or after tick `since` are looked at. Returns how many turned.
+/// Flips inner edges if the other diagonal of their two triangles has lower cost (data-dependent triangulation: Dyn,
+/// Levin, Rippa 1990). Only edges of a triangle that changed at or after tick `since` are tried. Returns the number
+/// of flips.
 pub(super) fn flip(
     surface: &mut Surface,
     errors: &mut Errors,
@@ -44,7 +44,7 @@ pub(super) fn flip(
     let mut flips = 0;
     for &diagonal in found.iter().flatten() {
         let h = diagonal.edge;
-        // Where a neighbour has turned since: ask again.
+        // A neighbour may have flipped meanwhile: evaluate again.
         let again = newest(surface, h) == surface.clock;
         let turned = if again { turned(surface, h, pass) } else { Some(diagonal) };
         if let Some(Diagonal { sums, front, back, .. }) = turned {
@@ -60,19 +60,19 @@ pub(super) fn flip(
     flips
 }
 
-/// The other diagonal of the two triangles of an edge, which pays.
+/// A flip that lowers the cost.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Diagonal {
     /// The edge.
     edge: u32,
-    /// From the far corner of its twin's triangle to that of its own.
+    /// Sums of the new edge, from the opposite corner of the twin's triangle to that of its own.
     sums: Sums,
-    /// The costs of the triangles that it makes on the sides of the edge's origin and end.
+    /// Costs of the new triangles, at the edge's origin and at its end.
     front: Cost,
     back: Cost,
 }
 
-/// When the younger of the two triangles of inner edge `h` changed.
+/// The last change of the two triangles of inner edge `h`.
 fn newest(surface: &Surface, h: u32) -> u32 {
     let twin = surface.twin[h as usize];
     surface.stamp[h as usize / 3].max(surface.stamp[twin as usize / 3])
@@ -80,11 +80,11 @@ fn newest(surface: &Surface, h: u32) -> u32 {
 
 fn is_fresh(surface: &Surface, h: u32, since: u32) -> bool {
     let twin = surface.twin[h as usize];
-    // NONE is the highest number: border edges fall out here.
+    // Border edges are excluded here: NONE is the highest number.
     twin < h && newest(surface, h) >= since
 }
 
-/// The diagonal that edge `h` would turn to, if it pays.
+/// The flip of edge `h`, if it lowers the cost.
 fn turned(surface: &Surface, h: u32, pass: Pass) -> Option<Diagonal> {
     let g = surface.twin[h as usize];
     if g == NONE {
@@ -104,7 +104,7 @@ fn turned(surface: &Surface, h: u32, pass: Pass) -> Option<Diagonal> {
     (gain > pass.min_gain).then_some(Diagonal { edge: h, sums, front, back })
 }
 
-/// Turns edge `h` from a-b to d-c, c and d the far corners: `h`'s triangle becomes a, d, c and its
+/// Flips edge `h` from a-b to d-c, where c and d are the opposite corners: `h`'s triangle becomes a, d, c and its
 /// twin's b, c, d. Half-edges c-a and d-b keep their numbers.
 fn turn(surface: &mut Surface, h: u32, sums: Sums) {
     let g = surface.twin[h as usize];

@@ -1,12 +1,12 @@
-//! The force on a vertex: how the squared error changes as it moves (DESIGN, level three; Lawonn and
-//! Guenther, "Stylized Image Triangulation", 2019).
+//! The force on a vertex: the gradient of the squared error (Lawonn and Guenther, "Stylized Image Triangulation",
+//! 2019).
 
 use super::pass::Pass;
 use super::ring::Ring;
 use crate::geom::{Point, SUBPIXEL};
 
-/// Pixels of edge for each sample, and those in [thorough](super::options::Mode::Thorough) mode; edges are about 10
-/// pixels long.
+/// Distance of samples along an edge in pixels, and that in [thorough](super::options::Mode::Thorough) mode. Edges
+/// are about 10 pixels long.
 /// Measured by `cargo xtask measure edge-samples`.
 const SPACING: f32 = 3.0;
 const CLOSE_SPACING: f32 = 2.0;
@@ -14,14 +14,14 @@ const CLOSE_SPACING: f32 = 2.0;
 /// Samples on the longest edge.
 const MAX_SAMPLES: i32 = 8;
 
-/// The gradient of the squared error with respect to the place of the vertex at `centre`, whose
-/// surroundings are `ring`: squared 8-bit steps for each pixel of way. `mean` is the mean colour of each
-/// triangle of the ring, where it has any pixels.
+/// The gradient of the squared error with respect to the position of the vertex at `centre`, which is surrounded by
+/// `ring`, in squared 8-bit steps for each pixel of motion. `mean` is the mean colour of each triangle of the ring,
+/// if it has pixels.
 ///
-/// Moving an edge by d along its normal hands its pixels from the triangle in front to the one behind,
-/// so the gradient is the integral along every spoke of (|I - behind|^2 - |I - front|^2) (1 - u) times
-/// the normal, u from 0 at the vertex to 1 at the far end. That the means change too is of second
-/// order: a mean is where the error is least.
+/// An edge that moves by d along its normal takes pixels from the triangle in front to the one behind. The gradient
+/// is therefore the integral along every spoke of (|I - behind|^2 - |I - front|^2) (1 - u) times the normal, with u
+/// from 0 at the vertex to 1 at the far end. The change of the means is of second order, because the mean minimises
+/// the error.
 pub(super) fn gradient(
     pass: Pass,
     centre: Point,
@@ -32,11 +32,11 @@ pub(super) fn gradient(
     let mut behind = if ring.closed { mean(ring.len() - 1) } else { None };
     for i in 0..ring.len() {
         let front = mean(i);
-        // A spoke on the frame's border has nothing behind it and does not move.
+        // A spoke on the frame's border has no triangle behind it and does not move.
         if let (Some(behind), Some(front)) = (behind, front) {
             let pull = pull(pass, centre, ring.ends[i], behind, front);
             let (dx, dy) = pixels_between(centre, ring.ends[i]);
-            // (-dy, dx) is the normal into triangle i, as long as the spoke: it carries ds.
+            // (-dy, dx) is the normal into triangle i, of the length of the spoke: it contains ds.
             gx -= dy * pull;
             gy += dx * pull;
         }

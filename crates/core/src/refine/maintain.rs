@@ -14,9 +14,9 @@ use crate::mesh::Mesh;
 /// The height of a strip, as a share of the picture's.
 const STRIP: f64 = 1.0 / 8.0;
 
-/// The share of the picture that becomes due with every frame; a strip is maintained once enough is due. The cube of
-/// the share of vertices that moved is added: motion distorts the mesh, most where everything moves, and calm clips
-/// cost little. Measured on nine clips: with the square a tenth less error, for 8 % of the time from MP4 to MP4.
+/// The share of the picture that becomes due with every frame; a strip is maintained when enough is due. The cube of
+/// the share of moved vertices is added: motion distorts the mesh, most where everything moves, and calm clips cost
+/// little. Measured on nine clips: with the square a tenth less error, for 8 % of the time from MP4 to MP4.
 /// Measured by `cargo xtask measure effort`.
 const EFFORT: f64 = 1.0 / 64.0;
 
@@ -29,14 +29,15 @@ const REPLACED: f64 = 0.02;
 /// Schedules the strips from frame to frame.
 #[derive(Debug, Default)]
 pub(super) struct StripScheduler {
-    /// How much of the picture is due.
+    /// The share of the picture that is due.
     due: f64,
-    /// Where the next strip begins, as a share of the height.
+    /// The top of the next strip, as a share of the height.
     top: f64,
 }
 
 impl StripScheduler {
-    /// The next strip, if one is due when a share `moved` of the vertices has moved since the frame before.
+    /// The top and bottom of the next strip, if one is due, when a share `moved` of the vertices has moved since the
+    /// last frame.
     fn next(&mut self, moved: f64) -> Option<(f64, f64)> {
         self.due += EFFORT + moved.powi(3);
         if self.due < STRIP {
@@ -59,8 +60,7 @@ impl Refiner {
         }
     }
 
-    /// Keeps `mesh` fit for `frame` where there is no time for steps, or none are wanted: see
-    /// [`Refiner::frame`].
+    /// Maintains `mesh` for `frame` without steps: see [`Refiner::frame`].
     pub(super) fn maintain(
         &mut self,
         mesh: &mut Mesh,
@@ -108,7 +108,7 @@ impl Refiner {
     }
 }
 
-/// The share of the vertices of `mesh` that are not where `surface` has them.
+/// The share of the vertices of `mesh` that have moved from their positions in `surface`.
 fn moved(surface: &Surface, mesh: &Mesh) -> f64 {
     let moved = surface.at.iter().zip(&mesh.vertices).filter(|(then, now)| then != now).count();
     moved as f64 / mesh.vertices.len().max(1) as f64
@@ -125,12 +125,12 @@ fn overlapping(surface: &Surface, (top, bottom): (f64, f64)) -> Vec<bool> {
     (0..surface.triangles() as u32).map(overlaps).collect()
 }
 
-/// The rows that the triangles `here` lie in.
+/// The rows that the triangles `here` cover.
 fn rows_of(surface: &Surface, here: &[bool]) -> std::ops::Range<u32> {
     let Size { height, .. } = surface.size;
     let triangles = (0..).zip(here).filter(|(_, here)| **here).map(|(t, _)| surface.corners(t));
     let (top, bottom) =
         triangles.flatten().fold((i32::MAX, 0), |(top, bottom), p| (top.min(p.y), bottom.max(p.y)));
-    // The row that the lowest corner lies in is read too, where slopes are.
+    // The row of the lowest corner is included, because gradients read it.
     (top / SUBPIXEL) as u32..((bottom / SUBPIXEL) as u32 + 1).min(height)
 }

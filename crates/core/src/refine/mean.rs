@@ -1,14 +1,14 @@
-//! What triangles look like.
+//! The mean colours of triangles.
 
 use super::sums::{NARROW, Total};
 use crate::frame::Fill;
 
-/// What a triangle looks like.
+/// The mean colour of a triangle and its number of pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Mean {
     /// Number of pixels.
     pub(super) count: f32,
-    /// Red, green, blue, alpha as [`Total::mean`] has them; 0 where there are no pixels.
+    /// Red, green, blue, alpha as in [`Total::mean`]; 0 without pixels.
     pub(super) colour: [f32; 4],
 }
 
@@ -17,22 +17,23 @@ impl Mean {
         Self { count: total.count() as f32, colour: total.mean().unwrap_or_default() }
     }
 
-    /// How much it has changed from another `colour`: squared 8-bit steps, over all pixels.
+    /// The change from another `colour`: squared 8-bit steps, summed over all pixels.
     pub(super) fn change_from(&self, colour: &[f32; 4]) -> f64 {
         let squared: f32 = self.colour.iter().zip(colour).map(|(a, b)| (a - b) * (a - b)).sum();
         f64::from(self.count) * f64::from(squared)
     }
 
-    /// As [`Total::fill`] has it; `None` of too many pixels for the same rounding.
+    /// As [`Total::fill`]; `None` with too many pixels for the same rounding.
     pub(super) fn fill(&self) -> Option<Fill> {
-        // Halves are exact, and all else is at least 1 / (2 count) from one, 2^-14: colours are exact to 2^-17.
+        // Halves are exact, and all other values are at least 1 / (2 count) >= 2^-14 away from one: colours are exact
+        // to 2^-17.
         let rounded = |channel: f32| (channel + 0.5) as u8;
         let [r, g, b, _] = self.colour.map(rounded);
         let fill = Fill { colour: [r, g, b, 255], area: self.count as u32 };
         (self.count < NARROW as f32).then_some(fill)
     }
 
-    /// The colour, where there are pixels.
+    /// The colour, if there are pixels.
     pub(super) fn known(&self) -> Option<[f32; 4]> {
         (self.count > 0.0).then_some(self.colour)
     }

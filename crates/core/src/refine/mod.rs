@@ -1,17 +1,16 @@
-//! Level three: vertices descend the squared error between picture and mesh.
+//! Level three: lowers the squared error between picture and mesh.
 //!
-//! The paper places seeds once and stops. Here the mesh learns: with every triangle painted in its mean
-//! colour, the squared error E is the sum over triangles of |I - mean|^2 over their pixels, and three
-//! kinds of change lower it. Vertices **move** against the force that the picture exerts on their edges
-//! (Lawonn and Guenther, "Stylized Image Triangulation", 2019); diagonals **flip** where the other one
-//! fits better (data-dependent triangulation, Dyn, Levin and Rippa 1990); and vertices that matter
-//! least are **re-placed** where the error is largest, their number staying the same.
+//! The paper ends with the choice of seeds. Here the mesh is optimised: with every triangle painted in its mean
+//! colour, the squared error E is the sum over triangles of |I - mean|^2 over their pixels, and three kinds of change
+//! lower it. Vertices **move** against the gradient of the error (Lawonn and Guenther, "Stylized Image
+//! Triangulation", 2019); edges **flip** if the other diagonal fits better (data-dependent triangulation, Dyn, Levin
+//! and Rippa 1990); and the vertices that lower the error least are **re-placed** where it is largest, so that their
+//! number stays the same.
 //!
-//! Every change is tried first, on exact sums over the very pixels that the rasteriser will give to
-//! each triangle, and made only if it pays: E never rises, a picture that stands still
-//! settles, and the outcome does not depend on the number of threads. The mesh that comes out is not
-//! Delaunay: where the picture asks for it a diagonal turns the other way, and a penalty on flat
-//! triangles, [`RefineOptions::regularity`], keeps the rest well-shaped.
+//! Every change is evaluated first, on exact sums over the pixels that the rasteriser will give to each triangle, and
+//! made only if it gains enough: E never rises, the mesh of a constant picture becomes constant, and the result does
+//! not depend on the number of threads. The resulting mesh is not Delaunay: edges follow the picture, and a penalty
+//! on flat triangles, [`RefineOptions::regularity`], keeps the others well-shaped.
 
 mod activity;
 mod cell;
@@ -21,6 +20,7 @@ mod descend;
 mod errors;
 mod flip;
 mod force;
+mod line;
 mod maintain;
 mod mean;
 mod morton;
@@ -55,33 +55,32 @@ use step::{Changes, Stepper};
 use surface::Surface;
 use target::Target;
 
-/// What a refinement did.
+/// The result of a refinement.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Refined {
-    /// Steps that were done, the last perhaps in part.
+    /// Number of steps, the last perhaps in part.
     pub steps: u32,
     /// Squared error before: the sum over pixels and channels of (picture - mesh)^2, 0..255 each,
     /// colours premultiplied by alpha, and alpha itself where the frame is not opaque.
     pub error_before: f64,
-    /// The same afterwards; never more. With a residual both are against the corrected target.
+    /// The squared error afterwards; never larger. With a residual both are against the corrected target.
     pub error_after: f64,
-    /// Moves of vertices, summed over the steps.
+    /// Number of moves of vertices in all steps.
     pub moved: usize,
-    /// Flips of edges, summed over the steps.
+    /// Number of flips of edges in all steps.
     pub flipped: usize,
-    /// The vertices that were taken from one place and put in at another, ascending.
+    /// The vertices that were re-placed, ascending.
     pub replaced: Vec<u32>,
-    /// The mean colour and the area of each triangle, in the mesh's order, as
-    /// [`crate::rasterise::means`] finds them, save the colours of those without a pixel; with a residual
-    /// nearly so, a share of what they were off in the frame before. Empty where they are not known: of
-    /// frames that are not opaque, and where no step was asked for.
+    /// The mean colour and the area of each triangle, in the mesh's order, as [`crate::rasterise::means`] finds them,
+    /// except the colours of triangles without pixels. With a residual the colours differ by a share of the last
+    /// frame's error. Empty if unknown: for frames that are not opaque, and without steps.
     pub fills: Vec<Fill>,
-    /// The likeness that was measured last, where [`crate::options::Options::error`] asked for one.
+    /// The last measured likeness, where [`crate::options::Options::error`] requests one.
     pub likeness: Option<f64>,
 }
 
 impl Refined {
-    /// One step more.
+    /// Adds the changes of a step.
     fn add(&mut self, mut changes: Changes) {
         self.steps += 1;
         self.moved += changes.moved;
@@ -90,10 +89,10 @@ impl Refined {
     }
 }
 
-/// Is shown a mesh and its squared error before the first step and after each; returns whether to go on.
+/// Gets the mesh and its squared error before the first step and after each one; returns whether to go on.
 pub type Watch<'a> = &'a mut (dyn FnMut(&Mesh, f64) -> bool + Send);
 
-/// Refines meshes. Keeps scratch buffers and, for video, what vertices have learnt.
+/// Refines meshes. It keeps scratch buffers and, for video, what is known of each vertex.
 #[derive(Debug, Default)]
 pub struct Refiner {
     rows: RowSums,
@@ -101,16 +100,16 @@ pub struct Refiner {
     stepper: Stepper,
     /// Of pictures that are no longer needed.
     buffers: Buffers,
-    /// The stripe of vertices that comes next where a step is done in part.
+    /// The next stripe of vertices, for steps in part.
     stripe: u32,
-    /// Where the picture is [maintained](Refiner::frame) next.
+    /// The next strips to be [maintained](Refiner::frame).
     strips: StripScheduler,
-    /// Vertices that were re-placed since triangles were numbered so that neighbours are close together.
+    /// Number of vertices re-placed since the triangles were last renumbered.
     replaced_since_renumber: usize,
 }
 
-/// Triangles are renumbered after one vertex in this many was re-placed. Measured at 1080p, one step: 4 % less time
-/// than with numbers as old as the shot.
+/// Triangles are renumbered, so that neighbours are close in memory, after one vertex in this many was re-placed.
+/// Measured at 1080p, one step: 4 % less time than with the numbers of the shot's first frame.
 /// Measured by `cargo xtask measure renumber-after`.
 const RENUMBER_AFTER: usize = 64;
 
@@ -119,18 +118,18 @@ pub fn refine(mesh: &mut Mesh, frame: &Frame, options: &RefineOptions) -> Refine
     Refiner::default().still(mesh, frame, options, None)
 }
 
-/// Does `job` inside rayon's pool. A thread outside it would hand each of a frame's many parallel loops over
-/// to the pool and sleep until it is done; this way it does so once.
+/// Runs `job` inside rayon's pool. A thread outside it would hand each of a frame's many parallel loops to the pool
+/// and sleep until it is done; this way it does so once.
 fn in_pool<T: Send>(job: impl FnOnce() -> T + Send) -> T {
     crate::parallel::scope(|_| job())
 }
 
 impl Refiner {
-    /// Refines a fresh `mesh`, of a still or the first frame of a shot, against `frame`. The mesh must be
-    /// sound and of the frame's size. Afterwards it is sound and in canonical order, with as many vertices
-    /// and triangles; corners are where they were and vertices on the border still on their side of it. Goes
-    /// on as long as `watch` returns true. Where the options ask for no step, [`RefineOptions::unrefined`]
-    /// says what is kept for the next frame.
+    /// Refines a fresh `mesh`, of a still or the first frame of a shot, against `frame`. The mesh must be sound and
+    /// of the frame's size. Afterwards it is sound and in canonical order, with the same numbers of vertices and
+    /// triangles; corners have not moved, and border vertices are on the same side. Goes on as long as `watch`
+    /// returns true. If the options request no step, [`RefineOptions::unrefined`] says what is prepared for the next
+    /// frame.
     pub fn still(
         &mut self,
         mesh: &mut Mesh,
@@ -149,22 +148,20 @@ impl Refiner {
         Refined::default()
     }
 
-    /// Refines `mesh` as it came out of the frame before, its vertices perhaps carried along with the
-    /// picture, against the next frame of a stream. Vertices keep what they have learnt of how far to
-    /// step; those around which the picture has not changed for some frames stay, so that a picture
-    /// that stands still settles for good, and noise does not move the mesh.
+    /// Refines the `mesh` of the last frame, which may have been moved with the picture, against the next `frame` of
+    /// a stream. Each vertex keeps its step length; a vertex around which the picture has not changed for some frames
+    /// stays, so that the mesh of a constant picture becomes constant, and noise does not move it.
     ///
-    /// With the `residual` of the frame before, what is lowered is the squared error plus squared flicker,
-    /// |change of the mesh's picture - change of the source|^2, m / (1 - m) times, m the residual's share:
-    /// where the source stands still a change must gain more, and where it moves edges follow it rather than
-    /// jump.
+    /// With the `residual` of the last frame, the objective is the squared error plus m / (1 - m) times the squared
+    /// flicker, |change of the mesh's picture - change of the source|^2, where m is the residual's share: where the
+    /// source is constant a change must gain more, and where it moves edges follow it rather than jump.
     ///
-    /// Where the options ask for no step, the mesh is only kept fit for the frame: in a strip of the picture,
-    /// which sweeps over it from frame to frame, vertices that matter least are re-placed where the picture
-    /// has changed and the error is large, and edges flip next to them. All others stay where they are. Of
-    /// `options`, regularity and threshold count then.
+    /// If the options request no step, the mesh is only maintained: in a strip of the picture, which moves down from
+    /// frame to frame, the vertices that lower the error least are re-placed where the picture has changed and the
+    /// error is large, and edges flip next to them. All others stay. Of the `options`, only regularity and threshold
+    /// count then.
     ///
-    /// A mesh with other numbers of vertices or triangles than the one before is refined as a fresh one.
+    /// A mesh with other numbers of vertices or triangles than the last one is refined as a fresh one.
     pub fn frame(
         &mut self,
         mesh: &mut Mesh,
@@ -186,7 +183,7 @@ impl Refiner {
         self.buffers = buffers;
     }
 
-    /// Buffers that are free, perhaps empty: for the residual of the frame that was refined last.
+    /// Free buffers, perhaps empty, for the residual of the last frame.
     pub fn take_buffers(&mut self) -> Buffers {
         std::mem::take(&mut self.buffers)
     }
@@ -211,7 +208,7 @@ impl Refiner {
         })
     }
 
-    /// Links a fresh `mesh` that is not refined before the next frame, which then has less to do.
+    /// Links a fresh `mesh` that is not refined before the next frame, to save time there.
     fn prepare(&mut self, mesh: &Mesh) {
         self.surface.link(mesh);
         self.surface.stored.clone_from(&mesh.triangles);
@@ -221,7 +218,7 @@ impl Refiner {
         self.begin();
     }
 
-    /// Nothing is known of the mesh yet.
+    /// Forgets the last mesh.
     fn begin(&mut self) {
         self.stepper.forget(self.surface.at.len());
         self.stripe = 0;
@@ -261,7 +258,7 @@ impl Refiner {
         })
     }
 
-    /// The steps; `carried` says that triangles and half-edges are those of the frame before.
+    /// Runs the steps; `carried` says that triangles and half-edges are those of the last frame.
     fn run(
         &mut self,
         mesh: &mut Mesh,
@@ -301,7 +298,7 @@ impl Refiner {
         refined.replaced.sort_unstable();
         refined.replaced.dedup();
         *replaced_since_renumber += refined.replaced.len();
-        // Both are sums of rounded numbers: a mesh that stayed as it was has not got worse.
+        // Both are sums of rounded numbers: an unchanged mesh must not get worse by rounding.
         refined.error_after = surface.error(rows).min(refined.error_before);
         surface.store(mesh);
         let fills = || if target.is_opaque() { surface.stored_fills(rows) } else { Vec::new() };
@@ -311,9 +308,8 @@ impl Refiner {
     }
 }
 
-/// Numbers the triangles anew where many vertices were re-placed, `replaced_since_renumber`, since that was done last. What
-/// has settled with the old numbers might not have with the new ones: those decide between changes that exclude
-/// each other.
+/// Renumbers the triangles if many vertices were re-placed since the last time. It is rare, because numbers decide
+/// between changes that exclude each other: a mesh that is constant with the old numbers might change with new ones.
 fn renumber_if_stale(
     surface: &mut Surface,
     activity: &mut Activity,

@@ -1,11 +1,11 @@
-//! An order in which what lies close together in the picture comes close together.
+//! Sorts points along a Z-order (Morton) curve, so that neighbours in the picture are close in memory.
 
 use crate::geom::{Point, SUBPIXEL, Size};
 
-/// Pixels of the side of a square, as a power of two: a few triangles of a typical mesh across.
+/// Side of a square in pixels, as a power of two: a few triangles of a typical mesh.
 const SQUARE_BITS: u32 = 5;
 
-/// Puts places in order, in memory that is used again.
+/// Sorts points, in buffers that are kept.
 #[derive(Debug, Default)]
 pub(super) struct MortonOrder {
     squares: Vec<u32>,
@@ -14,13 +14,12 @@ pub(super) struct MortonOrder {
 }
 
 impl MortonOrder {
-    /// The numbers of `places`, which lie in a frame of `size`, along a Z-order curve through the squares of
-    /// 32 x 32 pixels that hold them; those of one square as they came. What is looked at in this order
-    /// finds its surroundings in the cache. O(n).
+    /// The indices of `places`, in a frame of `size`, sorted along a Z-order curve through squares of 32 x 32 pixels;
+    /// those of one square in their own order. Work in this order finds its neighbours in the cache. O(n).
     pub(super) fn sort(&mut self, size: Size, places: impl Iterator<Item = Point>) -> &[u32] {
         self.squares.clear();
         self.squares.extend(places.map(square));
-        // The last corner has the highest number: each part of it is the highest.
+        // The last corner has the highest code.
         self.begins.clear();
         self.begins.resize(square(size.far()) as usize + 2, 0);
         for &square in &self.squares {
@@ -41,7 +40,7 @@ impl MortonOrder {
     }
 }
 
-/// The place of the square that holds `p` on a Z-order curve: the bits of its column and its row in turn.
+/// The Morton code of the square that holds `p`: the bits of its column and its row interleaved.
 fn square(p: Point) -> u32 {
     let spread = |v: i32| {
         let mut v = v as u32 >> (SQUARE_BITS + SUBPIXEL.trailing_zeros());

@@ -1,4 +1,4 @@
-//! Taking a vertex out of the mesh and putting it in elsewhere.
+//! Removes a vertex from the mesh, and inserts it elsewhere.
 
 use smallvec::SmallVec;
 
@@ -12,15 +12,14 @@ use super::surface::{NONE, Surface};
 use crate::geom::Point;
 use crate::mesh::Place;
 
-/// Vertices with more neighbours stay: they hold their surroundings together, and the number of ways
-/// to close a hole grows with the cube of its corners.
+/// Vertices with more neighbours are not removed: they hold many triangles, and the number of ways to close the hole
+/// grows with the cube of its corners.
 pub(super) const MAX_CORNERS: usize = 9;
 
-/// A way to close the hole that a vertex leaves: the triangles of its polygon, each before those on its
-/// inner sides.
+/// A triangulation of the hole that a removed vertex leaves. Each triangle comes before those on its inner sides.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
-    /// What it costs.
+    /// Its cost.
     pub(super) cost: Cost,
     pieces: SmallVec<[Piece; MAX_CORNERS - 2]>,
 }
@@ -34,7 +33,7 @@ struct Piece {
     cost: Cost,
 }
 
-/// Looks for the cheapest [`Plan`], by dynamic programming over sub-polygons (Klincsek 1980).
+/// Finds the cheapest [`Plan`], by dynamic programming over sub-polygons (Klincsek 1980).
 #[derive(Debug, Default)]
 pub(super) struct Closing {
     /// The corner that closes the triangle over chord `i`-`j`.
@@ -45,8 +44,8 @@ pub(super) struct Closing {
 }
 
 impl Closing {
-    /// The cheapest triangulation of the closed polygon of `ring`; `None` when it has too many corners or none
-    /// of its triangulations has only triangles with an area.
+    /// The cheapest triangulation of the closed polygon of `ring`; `None` if it has too many corners, or if every
+    /// triangulation has a triangle without area.
     pub(super) fn plan(&mut self, ring: &Ring, rows: &RowSums, weight: f64) -> Option<Plan> {
         let corners = ring.len();
         if !ring.closed || !(3..=MAX_CORNERS).contains(&corners) {
@@ -90,7 +89,7 @@ impl Closing {
         }
     }
 
-    /// The triangles that were found for `ring`.
+    /// The triangles of the solution for `ring`.
     fn pieces(&self, ring: &Ring, rows: &RowSums) -> SmallVec<[Piece; MAX_CORNERS - 2]> {
         let mut pieces = SmallVec::new();
         let mut open = SmallVec::<[_; MAX_CORNERS]>::new();
@@ -111,7 +110,7 @@ impl Closing {
     }
 }
 
-/// A half-edge of the polygon as the mesh outside sees it.
+/// A half-edge of the polygon, as the mesh outside refers to it.
 #[derive(Clone, Copy, Debug)]
 struct Link {
     vertex: u32,
@@ -119,7 +118,7 @@ struct Link {
     sums: Sums,
 }
 
-/// The links of `ring`, to be read before any of its triangles is written.
+/// The links of `ring`. They must be read before any of its triangles is written.
 fn links(surface: &Surface, ring: &Ring) -> SmallVec<[Link; MAX_CORNERS]> {
     let link = |&h: &u32| Link {
         vertex: surface.from(h),
@@ -129,8 +128,8 @@ fn links(surface: &Surface, ring: &Ring) -> SmallVec<[Link; MAX_CORNERS]> {
     ring.links.iter().map(link).collect()
 }
 
-/// Takes the vertex inside `ring` out and closes the hole as planned. Returns the numbers of the two
-/// triangles that are left over.
+/// Removes the vertex inside `ring` and closes the hole as planned. Returns the numbers of the two triangles that
+/// become free.
 pub(super) fn take_out(
     surface: &mut Surface,
     errors: &mut Errors,
@@ -142,7 +141,7 @@ pub(super) fn take_out(
     let squares = errors.squares(surface, ring.links.iter().map(|&h| h / 3));
     let mut slots = ring.links.iter().map(|&h| h / 3);
     let left = [slots.next().unwrap_or(NONE), slots.next().unwrap_or(NONE)];
-    // The half-edges on the outer side of the triangles that are still to be made.
+    // The outer half-edges of the triangles that are not made yet.
     let mut open = SmallVec::<[_; MAX_CORNERS]>::new();
     open.push(NONE);
     let mut made = SmallVec::<[_; MAX_CORNERS]>::new();
@@ -167,7 +166,7 @@ pub(super) fn take_out(
         }
         made.push(t);
     }
-    // Only now do all of them have their sums.
+    // All of them have their sums only now.
     for (&t, piece) in made.iter().zip(&plan.pieces) {
         surface.changed(rows, t, piece.cost);
     }
@@ -175,8 +174,8 @@ pub(super) fn take_out(
     left
 }
 
-/// Puts vertex `v` at `p` inside the polygon of `ring`, whose spokes are those of `p`: its triangles
-/// and the two of `spare` become the fan around it.
+/// Inserts vertex `v` at `p` inside the polygon of `ring`, whose spokes are those of `p`: its triangles and the two
+/// of `spare` become the fan around it.
 pub(super) fn put_in(
     surface: &mut Surface,
     errors: &mut Errors,
@@ -211,7 +210,8 @@ pub(super) fn put_in(
     }
 }
 
-/// Writes half-edge `h` and its twin's link and, where allowed, makes it the one that its vertex is entered by.
+/// Writes half-edge `h` and its twin's link, and, unless the vertex is on the border, makes it the first half-edge of
+/// its vertex.
 fn attach(surface: &mut Surface, h: u32, link: Link) {
     let Link { vertex, twin, sums } = link;
     surface.origin[h as usize] = vertex;
@@ -220,7 +220,7 @@ fn attach(surface: &mut Surface, h: u32, link: Link) {
     if twin != NONE {
         surface.twin[twin as usize] = h;
     }
-    // A vertex on the border is entered by its half-edge along the border, and by no other.
+    // The first half-edge of a border vertex is always the one along the border.
     if twin == NONE || surface.freedom(vertex) == Place::Interior {
         surface.out[vertex as usize] = h;
     }

@@ -11,21 +11,21 @@ use super::share::Turn;
 use super::surface::{Fan, Surface, around_each};
 use crate::mesh::Place;
 
-/// Vertices that one piece of work looks at.
+/// Vertices in one parallel piece of work.
 const CHUNK: usize = 64;
 
-/// The removal cost of each vertex, as far as it is known.
+/// The removal costs of the vertices, if known.
 #[derive(Debug, Default)]
 pub(super) struct RemovalCosts {
     /// Removal cost: cost of the surroundings without the vertex, less their cost with it; infinite for vertices that
-    /// have to stay.
+    /// must stay.
     cost: Vec<Cost>,
-    /// When that was found, in ticks of the surface's clock.
+    /// When it was found, in ticks of the surface's clock.
     asked: Vec<u32>,
-    /// Upper bounds of the rise in squared error without each vertex, in the surface's order; infinite for those that
-    /// are no candidates.
+    /// Upper bounds of the rise in squared error without each vertex, in the surface's order; infinite if the vertex
+    /// is not a candidate.
     bounds: Vec<f32>,
-    /// Vertices that may be taken out in this pass.
+    /// The candidates of this pass.
     pub(super) candidates: Vec<Candidate>,
     /// Scratch for the triangles of the largest errors, and for those that a pass has touched.
     pub(super) worst: Vec<(f64, u32)>,
@@ -34,23 +34,23 @@ pub(super) struct RemovalCosts {
     passes: u32,
 }
 
-/// A pass that may re-place few vertices evaluates this many for each of them, in turns. Measured: 8 gain more in the
-/// same time than 32 or all; but see [`Mode::Stream`](super::options::Mode::Stream).
+/// If a pass may re-place few vertices, it evaluates this many for each of them, in turns. Measured: 8 gain more in
+/// the same time than 32 or all; but see [`Mode::Stream`](super::options::Mode::Stream).
 /// Measured by `cargo xtask measure looked-at`.
 const LOOKED_AT: usize = 8;
 
-/// Passes until every vertex has had its turn, if each may re-place `limit`.
+/// Number of passes in which every vertex is evaluated once, if each may re-place `limit`.
 pub(super) fn turns(vertices: usize, limit: usize) -> u32 {
     if limit == 0 { 1 } else { (vertices / (limit * LOOKED_AT)).max(1) as u32 }
 }
 
-/// A vertex that may be taken out.
+/// A vertex that may be removed.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Candidate {
     pub(super) vertex: u32,
-    /// What that costs; `None` where it is known already.
+    /// Its cost; `None` if it was known before.
     cost: Option<Cost>,
-    /// How, where it was found just now.
+    /// The plan, if it was found just now.
     pub(super) plan: Option<Plan>,
 }
 
@@ -62,12 +62,12 @@ impl RemovalCosts {
         turn
     }
 
-    /// Begins again with the first turn, for a mesh of which nothing is known.
+    /// Restarts with the first turn, for a new mesh.
     pub(super) fn restart(&mut self) {
         self.passes = 0;
     }
 
-    /// Forgets all costs, but not whose turn it is: turns go on over several frames of a video.
+    /// Forgets all costs, but not the turn: turns continue over the frames of a video.
     pub(super) fn reset(&mut self, vertices: usize) {
         self.cost.clear();
         self.cost.resize(vertices, Cost::INFINITE);
@@ -75,9 +75,9 @@ impl RemovalCosts {
         self.asked.resize(vertices, 0);
     }
 
-    /// Updates the removal costs of the `limit` vertices with the lowest bounds among those whose turn it is. In
-    /// streams, where every pass covers all vertices, only a quarter of them are candidates: that is enough to choose
-    /// from, and has a little less error than the same ones again and again.
+    /// Updates the removal costs of the `limit` vertices of this turn with the lowest bounds. In streams, where every
+    /// pass covers all vertices, only a quarter of them are candidates: that is a large enough choice, and has
+    /// slightly less error than the same candidates in every pass.
     pub(super) fn update(
         &mut self,
         surface: &Surface,
@@ -133,7 +133,7 @@ impl RemovalCosts {
         self.candidates = candidates;
     }
 
-    /// Updates the upper bounds of the rise in squared error without each of the vertices asked for; infinite for all
+    /// Updates the upper bounds of the rise in squared error without each of the requested vertices; infinite for all
     /// others.
     fn update_bounds(&mut self, surface: &Surface, is_asked: impl Fn(u32) -> bool + Sync) {
         self.bounds.resize(surface.order.len(), 0.0);
@@ -152,7 +152,7 @@ impl RemovalCosts {
         });
     }
 
-    /// Plans the removal of `v`, which `ring` surrounds, unless its cost is known already.
+    /// Plans the removal of `v`, which is surrounded by `ring`, unless its cost is known.
     fn candidate(
         &self,
         surface: &Surface,
@@ -172,7 +172,7 @@ impl RemovalCosts {
         Candidate { vertex: v, cost: Some(cost), plan }
     }
 
-    /// The removal cost of each candidate, error or error with shape, whichever is larger, with its index, the
+    /// The removal cost of each candidate (of error, or of error with shape, whichever is larger) with its index, the
     /// cheapest first.
     pub(super) fn prices(&self, weight: f64) -> Vec<(f64, usize)> {
         let price = |c: &Candidate| {
@@ -188,8 +188,8 @@ impl RemovalCosts {
     }
 }
 
-/// An upper bound of the rise in squared error when the vertex that the half-edges are `leaving` is removed: the rise
-/// when all of its triangles take one colour.
+/// An upper bound of the rise in squared error when the vertex with the half-edges `leaving` is removed: the rise if
+/// all of its triangles had one colour.
 fn cost_bound(surface: &Surface, leaving: Fan) -> f32 {
     let (mut explained, mut count, mut sum) = (0.0, 0.0, [0.0; 4]);
     leaving.for_each(|h| {

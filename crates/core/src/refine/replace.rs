@@ -1,4 +1,4 @@
-//! Vertices that matter least go where the error is largest.
+//! Re-places vertices: those of the lowest removal cost go where the error is largest.
 
 use crate::parallel::prelude::*;
 
@@ -14,10 +14,10 @@ use super::share::Turn;
 use super::surface::{NONE, Surface};
 use crate::geom::Point;
 
-/// Triangles that one piece of work looks at.
+/// Triangles in one parallel piece of work.
 const CHUNK: usize = 16;
 
-/// For each vertex that is re-placed, removals of this many are planned, those with the lowest bounds, and as many
+/// For each vertex that is re-placed, this many removals are planned, those with the lowest bounds, and as many
 /// triangles of the largest errors are tried; twice as many in [thorough](super::options::Mode::Thorough) mode.
 const PLANNED: usize = 2;
 
@@ -26,7 +26,7 @@ const PLANNED: usize = 2;
 /// Measured by `cargo xtask measure tried-for-two`.
 const TRIED_FOR_TWO: usize = 3;
 
-/// A place for a vertex and what it gains there.
+/// A position for a vertex, and its gain.
 #[derive(Clone, Copy, Debug)]
 struct Opening {
     gain: Cost,
@@ -40,18 +40,18 @@ impl Opening {
     }
 }
 
-/// The polygon that a vertex goes into.
+/// The polygon in which a vertex is inserted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Site {
     /// A triangle.
     Triangle(u32),
-    /// The two triangles of an inner edge, named by one of its half-edges.
+    /// The two triangles of an inner edge, given by one of its half-edges.
     Pair(u32),
 }
 
-/// Moves up to `limit` inner vertices whose surroundings do best without them to the places where one more vertex
-/// gains most, the cheapest to the best, each as long as that pays. Looks at those parts of the mesh whose `turn` it
-/// is, and updates their `errors`, in streams those of the whole mesh. Returns the vertices.
+/// Removes up to `limit` inner vertices of the lowest removal cost, and inserts them where one more vertex gains
+/// most, the cheapest at the best position, as long as the gain is larger than the cost. Covers the parts of the mesh
+/// in this `turn`, and updates their `errors`, in streams those of the whole mesh. Returns the vertices.
 pub(super) fn replace(
     surface: &mut Surface,
     removals: &mut RemovalCosts,
@@ -62,7 +62,7 @@ pub(super) fn replace(
     pass: Pass,
 ) -> Vec<u32> {
     if limit == 0 {
-        // In streams the descent chooses its vertices by them, too.
+        // In streams the descent chooses its vertices by errors, too.
         if pass.is_stream() {
             errors.update(surface, activity, Turn::ALL, pass);
         }
@@ -83,7 +83,7 @@ pub(super) fn replace(
         if replaced.len() == limit {
             break;
         }
-        // Where a triangle was touched in this pass, half-edges may have other neighbours by now.
+        // Half-edges of triangles that this pass has changed may have other neighbours now.
         if taken[opening.site.triangle() as usize] {
             continue;
         }
@@ -95,7 +95,7 @@ pub(super) fn replace(
         {
             continue;
         }
-        // The cheapest vertex whose surroundings nothing has touched in this pass.
+        // The cheapest vertex whose surroundings this pass has not changed.
         let next = leaving.find(|&(_, i)| {
             let v = removals.candidates[i].vertex;
             around.surround(surface, v, surface.around(v));
@@ -128,8 +128,8 @@ pub(super) fn replace(
     replaced
 }
 
-/// What may leave, its price and its place among the candidates, the cheapest first, and the openings in triangles
-/// whose error is above the lowest price, the best first: at most as many as are `planned` and `tried`.
+/// The candidates for removal with their costs and indices, the cheapest first, at most `planned`; and the openings
+/// in triangles with an error above the lowest cost, the best first, at most `tried`.
 fn look(
     [planned, tried]: [usize; 2],
     turn: Turn,
@@ -140,7 +140,8 @@ fn look(
 ) -> (Vec<(f64, usize)>, Vec<Opening>) {
     let mut worst = std::mem::take(&mut removals.worst);
     let is_open = |&t: &u32| turn.has(t) && activity.is_active_triangle(surface, t);
-    // In streams openings are looked for at the same time: nearly all of them can pay there, and threads wait less.
+    // In streams the openings are found at the same time, so that threads wait less: nearly all of the triangles have
+    // errors above the lowest cost.
     let ((), early) = crate::parallel::join(
         || removals.update(surface, activity, turn, planned, pass),
         || {
@@ -149,10 +150,9 @@ fn look(
             pass.is_stream().then(|| openings(surface, activity, &worst, pass))
         },
     );
-    // Taking out costs, and putting in gains, whichever is worse of error and error with shape: so a
-    // pair that pays pays in both.
+    // Costs and gains are the worse of error and error with shape: a change that pays does so in both.
     let leaving = removals.prices(pass.weight);
-    // A triangle whose error is below the price cannot pay for a vertex.
+    // A triangle with an error below the cost cannot gain more than it.
     let price = leaving.first().map_or(f64::INFINITY, |&(price, _)| price);
     let payers = worst.partition_point(|&(error, _)| error > price);
     let mut openings = early.unwrap_or_else(|| openings(surface, activity, &worst[..payers], pass));
@@ -161,8 +161,7 @@ fn look(
     (leaving, openings)
 }
 
-/// Fills `worst` with the errors and numbers of the `limit` triangles of the largest error among those that
-/// are open, the worst first.
+/// Fills `worst` with the errors and numbers of the `limit` open triangles of the largest errors, the worst first.
 fn find_worst(
     surface: &Surface,
     errors: &Errors,
@@ -171,7 +170,7 @@ fn find_worst(
     worst: &mut Vec<(f64, u32)>,
 ) {
     worst.clear();
-    // Nearly all are open: grown step by step it would take three times the memory.
+    // Nearly all are open: a vector that grows would take three times the memory.
     worst.reserve(surface.triangles());
     let open = (0..surface.triangles() as u32).filter(is_open);
     worst.extend(open.map(|t| (errors.of(t), t)));
@@ -203,8 +202,8 @@ fn openings(
     openings
 }
 
-/// A good place for one more vertex in triangle `t` or on one of its edges: the best of their centres,
-/// from where it steps down the error. `rings` are memory.
+/// A good position for one more vertex in triangle `t` or on one of its edges: the best of their centres, improved by
+/// a few steps. `rings` are scratch memory.
 fn best_opening(
     surface: &Surface,
     activity: &Activity,
@@ -230,24 +229,24 @@ fn best_opening(
         }
     }
     let (Opening { site, place, .. }, cost) = best?;
-    let (place, cost) = settle(place, cost, pass, best_ring);
+    let (place, cost) = improve(place, cost, pass, best_ring);
     Some(Opening { gain: site.cost(surface) + cost.scaled(-1.0), site, place })
 }
 
-/// Steps that a new vertex takes before its gain is counted, and those in [thorough](super::options::Mode::Thorough)
-/// mode: it will go on with all others.
+/// Steps of a new vertex before its gain is counted, and those in [thorough](super::options::Mode::Thorough) mode.
+/// Later it moves with all others.
 const SETTLING: usize = 2;
 const CLOSE_SETTLING: usize = 4;
 
-/// Where a vertex at `place` inside `ring`, which has its spokes and costs `cost` then, gets with a few steps down
-/// the error, and what it costs there.
-fn settle(mut place: Point, mut cost: Cost, pass: Pass, ring: &mut Ring) -> (Point, Cost) {
+/// The position of a vertex that starts at `place` inside `ring`, which has its spokes and the cost `cost`, after a
+/// few steps; and its cost there.
+fn improve(mut place: Point, mut cost: Cost, pass: Pass, ring: &mut Ring) -> (Point, Cost) {
     let weight = pass.weight;
     let mut reach = 2.0 * f64::from(crate::geom::SUBPIXEL);
     let mut slope = None;
     for _ in 0..if pass.is_thorough() { CLOSE_SETTLING } else { SETTLING } {
         let mean = |i: usize| ring.total(pass.rows, i, place).mean();
-        // As long as it stays the slope is the same; and the spokes may be those of another place.
+        // The gradient is the same until it moves; and the spokes may be those of another position.
         let (gx, gy) = slope.unwrap_or_else(|| gradient(pass, place, ring, mean));
         slope = Some((gx, gy));
         let length = (gx * gx + gy * gy).sqrt();

@@ -1,4 +1,4 @@
-//! What surrounds a vertex: the polygon in which it may move, and the cost of each place there.
+//! The polygon around a vertex: the area in which it may move, and the cost of each position there.
 
 use super::cost::Cost;
 use super::mean::Mean;
@@ -7,8 +7,8 @@ use super::sums::{Sums, Total};
 use super::surface::{NONE, Surface, next, previous};
 use crate::geom::{Point, orient};
 
-/// The polygon around a vertex, or around a place where one may be put. Triangle `i` of the fan has
-/// the corners centre, `ends[i]`, `ends[i + 1]`.
+/// The polygon around a vertex, or around a position for a new one. Triangle `i` of the fan has the corners centre,
+/// `ends[i]`, `ends[i + 1]`.
 #[derive(Debug, Default)]
 pub(super) struct Ring {
     /// Corners of the polygon, one more than triangles: around an inner vertex the last is the first.
@@ -17,19 +17,18 @@ pub(super) struct Ring {
     pub(super) links: Vec<u32>,
     /// Their pixel sums.
     pub(super) link_sums: Vec<Sums>,
-    /// The spokes' sums for the place that was tried last, one for each of `ends`.
+    /// The sums of the spokes for the last position tried, one for each of `ends`.
     pub(super) spokes: Vec<Sums>,
-    /// Spokes put aside by [`Ring::keep`].
+    /// Spokes saved by [`Ring::keep`].
     kept: Vec<Sums>,
-    /// Twice the areas of the triangles at the place that was tried last.
+    /// Twice the areas of the triangles for the last position tried.
     doubled: Vec<i64>,
-    /// Whether the polygon goes all the way round.
+    /// Whether the polygon is closed.
     pub(super) closed: bool,
 }
 
 impl Ring {
-    /// Takes the polygon around vertex `v`, which half-edges are `leaving`, without its sums: see
-    /// [`Ring::sum_up`].
+    /// Sets the polygon around vertex `v` with the half-edges `leaving`, without its sums: see [`Ring::sum_up`].
     pub(super) fn surround(
         &mut self,
         surface: &Surface,
@@ -49,8 +48,7 @@ impl Ring {
         }
     }
 
-    /// Takes the sums of the links, and of the spokes for the present place of the vertex that
-    /// [`Ring::surround`] has surrounded.
+    /// Reads the sums of the links, and of the spokes for the present position of the vertex of [`Ring::surround`].
     pub(super) fn sum_up(&mut self, surface: &Surface) {
         self.sum_links(surface);
         let spoke = |&link: &u32| surface.sums[previous(link) as usize];
@@ -64,7 +62,7 @@ impl Ring {
         self.link_sums.extend(self.links.iter().map(|&link| surface.sums[link as usize]));
     }
 
-    /// Takes triangle `t` as the polygon.
+    /// Sets triangle `t` as the polygon.
     pub(super) fn enclose(&mut self, surface: &Surface, t: u32) {
         self.clear();
         for h in 3 * t..3 * t + 3 {
@@ -75,7 +73,7 @@ impl Ring {
         self.closed = true;
     }
 
-    /// Takes the two triangles of the inner edge `h` as the polygon.
+    /// Sets the two triangles of the inner edge `h` as the polygon.
     pub(super) fn enclose_pair(&mut self, surface: &Surface, h: u32) {
         self.clear();
         let g = surface.twin[h as usize];
@@ -104,7 +102,7 @@ impl Ring {
         self.links.len()
     }
 
-    /// What the triangles cost as they are in the mesh: of a polygon around a vertex, its fan.
+    /// The cost of the triangles as they are in the mesh; for a polygon around a vertex, of its fan.
     pub(super) fn cost(&self, surface: &Surface) -> Cost {
         self.links.iter().map(|&h| surface.cost[h as usize / 3]).sum()
     }
@@ -113,33 +111,33 @@ impl Ring {
         self.spokes[i] + self.link_sums[i] - self.spokes[i + 1]
     }
 
-    /// The sums of triangle `i` with the spokes as they are and the centre at `p`, which
-    /// [`Ring::try_at`] has found to be sound.
+    /// The sums of triangle `i` with the present spokes and the centre at `p`, which [`Ring::try_at`] has found to be
+    /// valid.
     pub(super) fn total(&self, rows: &RowSums, i: usize, p: Point) -> Total {
         let (a, b) = (self.ends[i], self.ends[i + 1]);
         rows.total(&self.triangle_sums(i), orient(p, a, b), [p, a, b])
     }
 
-    /// Cost and mean of triangle `i` with the spokes as they are and the centre at `p`, which
-    /// [`Ring::try_at`] has found to be sound.
+    /// Cost and mean of triangle `i` with the present spokes and the centre at `p`, which [`Ring::try_at`] has found
+    /// to be valid.
     pub(super) fn triangle(&self, rows: &RowSums, i: usize, p: Point) -> (Cost, Mean) {
         let (a, b) = (self.ends[i], self.ends[i + 1]);
         let total = self.total(rows, i, p);
         (Cost::with(&total, orient(p, a, b), [p, a, b]), Mean::of(&total))
     }
 
-    /// Puts the spokes aside, for [`Ring::restore`] after another trial.
+    /// Saves the spokes, for [`Ring::restore`] after another trial.
     pub(super) fn keep(&mut self) {
         std::mem::swap(&mut self.spokes, &mut self.kept);
     }
 
-    /// Takes back the spokes that were put aside.
+    /// Restores the saved spokes.
     pub(super) fn restore(&mut self) {
         std::mem::swap(&mut self.spokes, &mut self.kept);
     }
 
-    /// Sums the spokes for a centre at `p` and returns the cost of the fan; `None` when one of its
-    /// triangles would turn over or have no area.
+    /// Sums the spokes for a centre at `p` and returns the cost of the fan; `None` if one of its triangles would fold
+    /// or have no area.
     pub(super) fn try_at(&mut self, rows: &RowSums, p: Point) -> Option<Cost> {
         self.doubled.clear();
         for pair in self.ends.windows(2) {

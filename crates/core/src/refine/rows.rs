@@ -1,5 +1,5 @@
-//! Running sums along the rows of a frame, which turn the sums over an area into differences along
-//! its edges (Green's theorem on the pixel grid).
+//! Prefix sums along the rows of a frame, by which the sums over an area become differences along its edges (Green's
+//! theorem on the pixel grid).
 
 mod load;
 
@@ -11,16 +11,16 @@ use crate::scan::lanes::LaneSquares;
 use crate::scan::{self, Crossing, first_centre};
 use crate::simd::dispatch;
 
-/// Running sums along every row of a frame.
+/// Prefix sums along every row of a frame.
 ///
-/// Four rows lie together, column by column, so that a cache line holds two columns of them: an edge
-/// that falls by a row goes aside by a column or so, and meets half as many lines as if they held eight
-/// columns of a row.
+/// Four rows are interleaved, column by column, so that a cache line holds two columns of four rows: an edge that
+/// goes down by a row moves aside by about a column, and reads half as many cache lines as with eight columns of a
+/// row.
 #[derive(Debug)]
 pub(super) struct RowSums {
     pub(super) size: Size,
-    /// Where each row begins in `colour` and in `alpha`. A row has one more entry than pixels, each
-    /// [`TOGETHER`] after the last.
+    /// The start of each row in `colour` and in `alpha`. A row has one more entry than pixels, each [`TOGETHER`]
+    /// after the last.
     starts: Vec<u32>,
     /// Whether triangles may be longer than [`EXTENT`].
     needs_wide_sums: bool,
@@ -30,14 +30,14 @@ pub(super) struct RowSums {
     alpha: Vec<u32>,
     /// The squares of all channels of all pixels.
     squares: u64,
-    /// Squares of the pixels left of each column, of every second row from the first on, two of which
-    /// lie together where four of `colour` do.
+    /// Squares of the pixels left of each column, in every second row from the first on. Two of these rows are
+    /// interleaved.
     squares_before: Vec<u32>,
-    /// Whether they are of this frame.
+    /// Whether the squares are of this frame.
     has_subsampled: bool,
 }
 
-/// Rows that lie together.
+/// Rows that are interleaved.
 const TOGETHER: usize = 4;
 
 /// Entries of a cache line.
@@ -59,13 +59,13 @@ impl Default for RowSums {
 }
 
 impl RowSums {
-    /// The squares of all channels of all pixels: what a mesh is to account for.
+    /// The squares of all channels of all pixels.
     pub(super) fn squares(&self) -> f64 {
         self.squares as f64
     }
 
-    /// The signed share of the edge from `from` to `to`: those of a triangle's three edges, in the
-    /// order that has a positive `orient`, add up to the sums over the pixels that it covers.
+    /// The signed sums of the edge from `from` to `to`. Those of a triangle's three edges, in the order of a positive
+    /// `orient`, add up to the sums over its pixels.
     #[inline]
     pub(super) fn edge(&self, from: Point, to: Point) -> Sums {
         if from.y <= to.y { self.falling(from, to) } else { -self.falling(to, from) }
@@ -101,7 +101,7 @@ impl RowSums {
     fn both_falling(&self, upper: Point, lower: Point) -> [Sums; 2] {
         let (mut all, mut subsampled) = (Sums::default(), Sums::default());
         let first = self.starts.first().map_or(0, |&first| first as usize);
-        // No branch on which rows are subsampled: it would be mispredicted once an edge.
+        // No branch on subsampled rows: it would be mispredicted once for each edge.
         let mut taken = if first_centre(upper.y) % 2 == 0 { u64::MAX } else { 0 };
         self.crossings(
             upper,
@@ -141,11 +141,11 @@ impl RowSums {
         self.starts[y] as usize + TOGETHER * x
     }
 
-    /// The sums of `triangle`, whose `orient` is `doubled`, positive, and whose edges sum to `sums`.
+    /// The sums over the pixels of `triangle`, with the positive `orient` `doubled`, whose edges have the sum `sums`.
     #[inline(always)]
     pub(super) fn total(&self, sums: &Sums, doubled: i64, triangle: [Point; 3]) -> Total {
-        // A convex shape covers at most its area, half its perimeter and one more centre; the half
-        // perimeter is at most width and height of the box around it.
+        // A convex shape covers at most area + half of the perimeter + 1 centres; half of the perimeter is at most
+        // the width and height of its bounding box.
         const LARGE: i64 = 2 * (SUBPIXEL as i64) * (SUBPIXEL as i64) * (NARROW as i64 / 2);
         if doubled >= LARGE || (self.needs_wide_sums && extent(triangle) >= EXTENT) {
             return self.wide(triangle);
@@ -184,8 +184,8 @@ impl RowSums {
         [count, r, g, b, alpha]
     }
 
-    /// The squares of all channels of the pixels of a triangle, one by one. `target` is the one that was
-    /// loaded; where it has no pixels, or not only opaque ones, they are what sums differ by.
+    /// The squares of all channels of the pixels of a triangle, summed one by one. `target` is the loaded one; if it
+    /// has no pixels, or not only opaque ones, they are differences of sums.
     pub(super) fn squares_of(&self, target: &Target, triangle: [Point; 3]) -> f64 {
         let picture = target.picture();
         if picture.is_opaque() && picture.has_pixels() {
@@ -211,20 +211,19 @@ impl RowSums {
         squares as f64
     }
 
-    /// Whether there are [subsampled](super::subsampled) sums: of opaque frames, where they are wanted.
+    /// Whether there are [subsampled](super::subsampled) sums: for opaque frames, on request.
     pub(super) fn has_subsampled(&self) -> bool {
         self.has_subsampled
     }
 
-    /// Those of `triangle`.
+    /// The [subsampled](super::subsampled) sums of `triangle`.
     pub(super) fn subsampled(&self, [a, b, c]: [Point; 3]) -> Sums {
         let edge = |from, to| self.edges(from, to)[1];
         edge(a, b) + edge(b, c) + edge(c, a)
     }
 
-    /// The weighted sum over the pixels below `samples` points, evenly spaced between `from` and `to`,
-    /// the weights falling from 2 `samples` - 1 to 1: red, green, blue, alpha (0 in opaque frames).
-    /// At most 90 samples.
+    /// The weighted sum over the pixels at `samples` points, evenly spaced between `from` and `to`, with weights from
+    /// 2 `samples` - 1 down to 1: red, green, blue, alpha (0 in opaque frames). At most 90 samples.
     #[inline]
     pub(super) fn sample(&self, from: Point, to: Point, samples: i32) -> [f32; 4] {
         // 16.16 fixed point: coordinates of 2^22 fit.
@@ -254,11 +253,11 @@ impl RowSums {
 /// From 1/256 to 1/65536 pixel.
 const FINER: i32 = 65536 / SUBPIXEL;
 
-/// Width and height of a box, together, within which a triangle of less than half of [`NARROW`] in area
-/// covers fewer centres than that.
+/// Sum of width and height of a bounding box up to which a triangle of less than half of [`NARROW`] in area covers
+/// fewer than [`NARROW`] centres.
 const EXTENT: i32 = (NARROW as i32 / 2 - 1) * SUBPIXEL;
 
-/// Width and height of the box around a triangle, together, in 1/256 pixel.
+/// Sum of width and height of the bounding box of a triangle, in 1/256 pixel.
 fn extent([a, b, c]: [Point; 3]) -> i32 {
     let span = |a: i32, b: i32, c: i32| a.max(b).max(c) - a.min(b).min(c);
     span(a.x, b.x, c.x) + span(a.y, b.y, c.y)

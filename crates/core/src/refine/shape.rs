@@ -1,12 +1,12 @@
-//! How far a triangle is from a well-shaped one.
+//! The flatness of a triangle.
 
 use crate::geom::Point;
 
-/// 0 for an equilateral triangle, growing without bound as it flattens: the cube of what the inverse
-/// of the mean ratio quality, (a^2 + b^2 + c^2) / (4 sqrt(3) area), exceeds 1 by (Bhatia and Lawrence
-/// 1990; Shewchuk 2002). The cube leaves moderate triangles alone and keeps needles out: at equal error 14
-/// stills have six in ten of the angles below 5 degrees that they have with the square, and with that half of those
-/// with the plain excess. Invariant to size. Infinite when the triangle is turned over or has no area.
+/// 0 for an equilateral triangle; it grows without bound as the triangle flattens. It is the cube of the excess over
+/// 1 of the inverse mean ratio quality, (a^2 + b^2 + c^2) / (4 sqrt(3) area) (Bhatia and Lawrence 1990; Shewchuk
+/// 2002). The cube hardly penalises moderate triangles but prevents needles: at equal error, 14 stills have six
+/// tenths of the angles below 5 degrees that they have with the square, and with the square half of those with the
+/// plain excess. Independent of size. Infinite when the triangle is folded or has no area.
 ///
 /// A needle with a least angle of 5 degrees has about 180, one of 20 degrees 0.5.
 ///

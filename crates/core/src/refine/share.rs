@@ -1,13 +1,13 @@
-//! Which vertices a step is for.
+//! The vertices that a step visits.
 
 use crate::options::EIGHTHS;
 
-/// Neighbours that take their turns together, so that they can follow an edge of the picture together.
+/// Neighbours in the same stripe, so that they can follow an edge of the picture together.
 const PATCH: usize = 96;
 
-/// The vertices that a step, or a part of one, is for: patches of neighbours are dealt out to as many
-/// stripes as a step has parts, and the stripes take turns. Every stripe is spread evenly over the
-/// picture, and has about as many vertices as the others.
+/// The vertices that a step, or a part of one, visits. Patches of neighbours are distributed over as many stripes as
+/// a step has parts, and each part visits the next stripes. Every stripe is spread evenly over the picture, and has
+/// about as many vertices as the others.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Share {
     first: u32,
@@ -18,27 +18,27 @@ impl Share {
     /// All vertices.
     pub(super) const ALL: Self = Self { first: 0, stripes: EIGHTHS };
 
-    /// Those of `stripes` stripes from the `first` on.
+    /// The vertices of `stripes` stripes from the `first` on.
     pub(super) fn new(first: u32, stripes: u32) -> Self {
         Self { first, stripes }
     }
 
-    /// The stripe that comes after these.
+    /// The stripe after these.
     pub(super) fn next(self) -> u32 {
         (self.first + self.stripes) % EIGHTHS
     }
 
-    /// As large a share of `whole`, rounded up.
+    /// The same share of `whole`, rounded up.
     pub(super) fn count(self, whole: usize) -> usize {
         (whole * self.stripes as usize).div_ceil(EIGHTHS as usize)
     }
 
-    /// Steps of this share until all have had their turn.
+    /// The number of steps of this share that visit all vertices.
     pub(super) fn turns(self) -> u32 {
         EIGHTHS.div_ceil(self.stripes.max(1))
     }
 
-    /// Its vertices, of all in an `order` that keeps neighbours together.
+    /// The vertices of this share. `order` has all vertices, neighbours close together.
     pub(super) fn of(self, order: &[u32]) -> impl Iterator<Item = u32> {
         let stripes = (0..EIGHTHS).cycle();
         let ours = move |stripe: u32| (stripe + EIGHTHS - self.first) % EIGHTHS < self.stripes;
@@ -68,7 +68,7 @@ impl Turn {
         number % self.slices == self.slice
     }
 
-    /// Whether `number`, of those that it has, is of that quarter which comes next, round by round.
+    /// Whether `number` is in the quarter of this turn's numbers that this round covers.
     pub(super) fn has_in_quarter(self, number: u32) -> bool {
         (number / self.slices).wrapping_add(self.round).is_multiple_of(4)
     }

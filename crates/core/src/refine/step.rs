@@ -10,49 +10,49 @@ use super::replace::replace;
 use super::share::{Share, Turn};
 use super::surface::Surface;
 
-/// Error from which on maintenance treats a triangle as wrong, in minimum gains: that of a triangle of a plain grid.
+/// Error above which maintenance counts a triangle as bad, in minimum gains: that of a triangle of a plain grid.
 const WRONG: f64 = 50.0;
 
-/// The three kinds of change: their scratch, and what they have learnt of the mesh.
+/// The three kinds of change, with their scratch and what is known of each vertex.
 #[derive(Debug, Default)]
 pub(super) struct Stepper {
     descent: Descent,
     removals: RemovalCosts,
     errors: Errors,
-    /// Where the mesh may change.
+    /// The active parts of the mesh.
     pub(super) activity: Activity,
     diagonals: Vec<Vec<Diagonal>>,
-    /// The tick of the surface's clock at which the step before ended, or the frame began.
+    /// The tick of the surface's clock at which the last step ended, or the frame began.
     since: u32,
 }
 
-/// What a step changed.
+/// The changes of a step.
 #[derive(Debug)]
 pub(super) struct Changes {
     /// Moves of vertices.
     pub(super) moved: usize,
     /// Flips of edges.
     pub(super) flipped: usize,
-    /// The vertices that were taken from one place and put in at another.
+    /// The vertices that were re-placed.
     pub(super) replaced: Vec<u32>,
 }
 
 impl Changes {
-    /// Whether there are any.
+    /// Whether there are none.
     pub(super) fn is_empty(&self) -> bool {
         self.moved + self.flipped + self.replaced.len() == 0
     }
 }
 
 impl Stepper {
-    /// Forgets what was learnt, for a new mesh with this number of `vertices`.
+    /// Forgets all vertices, for a new mesh with this number of `vertices`.
     pub(super) fn forget(&mut self, vertices: usize) {
         self.descent.reset(vertices);
         self.removals.restart();
     }
 
-    /// A new frame. `carried` says that triangles and half-edges are those of the frame before; then time
-    /// passes for the vertices of `share`.
+    /// Begins a frame. `carried` says that triangles and half-edges are those of the last frame; then the vertices of
+    /// `share` age by a frame.
     pub(super) fn begin(&mut self, surface: &mut Surface, carried: bool, share: Share, pass: Pass) {
         if carried {
             self.activity.activate_changed(surface, share, pass);
@@ -83,7 +83,7 @@ impl Stepper {
         self.start(surface, pass);
     }
 
-    /// Re-places up to `limit` vertices, not more than there are wrong places, and turns edges; none moves.
+    /// Re-places up to `limit` vertices, at most one for each bad triangle, and flips edges; no vertex moves.
     pub(super) fn maintain(&mut self, surface: &mut Surface, limit: usize, pass: Pass) -> Changes {
         let Self { descent, removals, errors, activity, diagonals, since } = self;
         surface.clock += 1;
@@ -99,8 +99,8 @@ impl Stepper {
         Changes { moved: 0, flipped, replaced }
     }
 
-    /// Re-places up to `limit` vertices, of one of `turns` shares of the mesh, lets those of `share` move, and turns
-    /// edges.
+    /// Re-places up to `limit` vertices of one of `turns` shares of the mesh, moves the vertices of `share`, and
+    /// flips edges.
     pub(super) fn step(
         &mut self,
         surface: &mut Surface,

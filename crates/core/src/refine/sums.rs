@@ -1,18 +1,17 @@
-//! What a triangle's pixels add up to.
+//! Sums over the pixels of a triangle.
 //!
-//! The squared error of a triangle is the sum of its pixels' squares less |sum|^2 / count. The squares
-//! of all triangles together never change, so gains need the sums alone, and three of them fit one
-//! 64-bit number. All are whole numbers, and an edge is summed once for both of its triangles: what a
-//! trial gains is exact, not estimated, and this is what lets a step earn its move.
+//! The squared error of a triangle is the sum of its pixels' squares less |sum|^2 / count. The squares of all
+//! triangles together never change, so that gains depend on the sums alone, and three of them fit one 64-bit number.
+//! All are whole numbers, and an edge is summed once for both of its triangles: the gain of a trial is exact.
 
 use std::ops::{Add, Neg, Sub};
 
 use crate::frame::{Fill, Rgba};
 
-/// Number of pixels and sums of their values, wrapping: those of an edge are a part of something, but
-/// what the edges of a triangle add up to is right while it has fewer than [`NARROW`] pixels. Wider
-/// ones are summed by [`RowSums::wide`](super::rows::RowSums::wide). Fields of a number borrow from each
-/// other in a part, and have paid back in a whole.
+/// Number of pixels and sums of their values, wrapping: the sums of an edge have no meaning alone, but the total of a
+/// triangle's edges is right if it has fewer than [`NARROW`] pixels. Larger ones are summed by
+/// [`RowSums::wide`](super::rows::RowSums::wide). The fields of a number borrow from each other in parts; in the
+/// total the borrows cancel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Sums {
     /// Pixels in the lower half; in the upper one alpha, in frames that are not opaque, or the squares of
@@ -31,7 +30,7 @@ pub(super) const NARROW: usize = 8192;
 /// Red, green and blue in one number, [`FIELD`] bits each.
 #[inline(always)]
 pub(super) const fn pack(pixel: Rgba) -> u64 {
-    // From one number, not three: several pixels are packed together then.
+    // Computed from one number, not three, so that several pixels can be packed at once.
     let pixel = u32::from_le_bytes(pixel) as u64;
     pixel & 0xff | (pixel & 0xff00) << (FIELD - 8) | (pixel & 0xff_0000) << (2 * FIELD - 16)
 }
@@ -96,8 +95,8 @@ impl Total {
         self.count
     }
 
-    /// How much of its pixels' squares the triangle's mean colour accounts for: |sum|^2 / count, in
-    /// squared 8-bit steps. What it does not account for is its error.
+    /// The part of the pixels' squares that the mean colour explains: |sum|^2 / count, in squared 8-bit steps. The
+    /// other part is the error.
     #[inline]
     pub(super) fn explained(&self) -> f64 {
         if self.count <= 0.0 {

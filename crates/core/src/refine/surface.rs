@@ -1,4 +1,4 @@
-//! The mesh while it is refined: half-edges that carry the pixel sums, triangles that carry their cost.
+//! The mesh during refinement: half-edges with pixel sums, triangles with costs.
 
 mod fans;
 mod measure;
@@ -13,7 +13,7 @@ use crate::geom::{Point, Size, orient};
 use crate::mesh::{CORNERS, Mesh, Place, starts};
 pub(super) use fans::{Fan, Fans, TOGETHER, around_each};
 
-/// No half-edge: the other side of the frame's border.
+/// No half-edge: outside the frame.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// The next half-edge around the triangle.
@@ -26,8 +26,7 @@ pub(super) const fn previous(h: u32) -> u32 {
     if h.is_multiple_of(3) { h + 2 } else { h - 1 }
 }
 
-/// Puts `values`, `EACH` a triangle, in a new order: `old` has the number that each triangle had. `spare` is
-/// memory.
+/// Reorders `values`, `EACH` for each triangle: `old` has the old number of each triangle. `spare` is scratch memory.
 pub(super) fn permute<const EACH: usize, T: Copy>(
     values: &mut Vec<T>,
     old: &[u32],
@@ -39,17 +38,17 @@ pub(super) fn permute<const EACH: usize, T: Copy>(
     std::mem::swap(values, spare);
 }
 
-/// First corners whose triangles are put in order by one piece of work.
+/// First corners in one parallel piece of the sort.
 const SORTED: usize = 4096;
 
-/// The mesh while it is refined. Half-edge `h` belongs to triangle `h / 3` and runs from its origin to
-/// the origin of the next one.
+/// The mesh during refinement. Half-edge `h` belongs to triangle `h / 3` and runs from its origin to the origin of
+/// the next one.
 #[derive(Debug)]
 pub(super) struct Surface {
     pub(super) size: Size,
     /// The vertices in an order that keeps neighbours close together: along a Z-order curve.
     pub(super) order: Vec<u32>,
-    /// The vertices' places.
+    /// The positions of the vertices.
     pub(super) at: Vec<Point>,
     /// The vertex that each half-edge starts from.
     pub(super) origin: Vec<u32>,
@@ -63,8 +62,8 @@ pub(super) struct Surface {
     pub(super) cost: Vec<Cost>,
     /// Its mean colour and number of pixels.
     pub(super) mean: Vec<Mean>,
-    /// In streams, an estimate of the squared error of each triangle as it was measured, in squared 8-bit steps;
-    /// infinite where there is none.
+    /// In streams, an estimate of the squared error of each triangle from the measurement, in squared 8-bit steps;
+    /// infinite if unknown.
     pub(super) estimate: Vec<f32>,
     /// When each triangle last changed, in ticks of `clock`.
     pub(super) stamp: Vec<u32>,
@@ -72,7 +71,7 @@ pub(super) struct Surface {
     pub(super) clock: u32,
     /// The triangles as they were last stored.
     pub(super) stored: Vec<[u32; 3]>,
-    /// Their second corners and their numbers: no two triangles share two corners in order.
+    /// Second corners and numbers of the triangles of a first corner: no two triangles share two corners in order.
     numbered: Vec<(u32, u32)>,
     morton: MortonOrder,
     /// Scratch for the triangles' new numbers, and for a list in a new order.
@@ -143,8 +142,8 @@ impl Surface {
         self.active.resize(self.at.len(), true);
     }
 
-    /// Links `mesh`, which comes from the last frame. Returns whether its triangles are still the same: then only
-    /// vertices have moved, and triangles and half-edges keep their numbers.
+    /// Links the `mesh` of the last frame. Returns whether its triangles are unchanged: then only vertices have
+    /// moved, and triangles and half-edges keep their numbers.
     pub(super) fn relink(&mut self, mesh: &Mesh) -> bool {
         let same = mesh.size == self.size && mesh.triangles == self.stored;
         if same {
@@ -162,9 +161,9 @@ impl Surface {
         self.order.extend_from_slice(order);
     }
 
-    /// Renews the order of the vertices and numbers the triangles anew, so that what has changed its place
-    /// lies close to its neighbours again. Returns the numbers that the triangles had. Their sums, costs and
-    /// means are to be [measured](Surface::measure) afterwards.
+    /// Sorts the vertices again and renumbers the triangles, so that vertices that were re-placed are close to their
+    /// neighbours in memory. Returns the old numbers of the triangles. Their sums, costs and means have to be
+    /// [measured](Surface::measure) afterwards.
     pub(super) fn renumber(&mut self) -> &[u32] {
         self.put_in_order();
         let Self { size, at, origin, twin, out, stamp, numbered, morton, new, spare, .. } = self;
@@ -183,7 +182,7 @@ impl Surface {
         old
     }
 
-    /// Numbers the triangles as `order` has their first vertices, so that neighbours lie close together.
+    /// Numbers the triangles in the `order` of their first vertices, so that neighbours are close in memory.
     fn number(&mut self, mesh: &Mesh) {
         let mut start = vec![0u32; self.at.len() + 1];
         for t in &mesh.triangles {
@@ -228,7 +227,7 @@ impl Surface {
         self.origin[next(h) as usize]
     }
 
-    /// The place of the vertex that half-edge `h` starts from.
+    /// The position of the vertex that half-edge `h` starts from.
     pub(super) fn place(&self, h: u32) -> Point {
         self.at[self.origin[h as usize] as usize]
     }
@@ -269,13 +268,13 @@ impl Surface {
         }
     }
 
-    /// Takes up that triangle `t` has changed, after its sums: its cost, its mean, its stamp, and its
-    /// vertices wake up.
+    /// Stores the cost, the mean and the time of the change of triangle `t`, after its sums, and activates its
+    /// vertices.
     pub(super) fn changed(&mut self, rows: &RowSums, t: u32, cost: Cost) {
         self.set_triangle(t, cost, Mean::of(&self.total(rows, t)));
     }
 
-    /// The same, where the mean is known.
+    /// The same with a known mean.
     pub(super) fn set_triangle(&mut self, t: u32, cost: Cost, mean: Mean) {
         self.cost[t as usize] = cost;
         self.mean[t as usize] = mean;
@@ -290,8 +289,7 @@ impl Surface {
         mesh.vertices.clone_from(&self.at);
         let (triangles, _) = self.origin.as_chunks::<3>();
         let canonical = || triangles.iter().map(|&t| Mesh::smallest_first(t));
-        // By the first corner with a counting sort; those that share it are few, but for a mesh all of whose
-        // seeds lie on a line.
+        // A counting sort by the first corner. Few triangles share one, except in a mesh with all seeds on a line.
         let start = &mut self.spare;
         starts(start, self.at.len(), canonical().map(|[first, ..]| first));
         self.numbered.resize(triangles.len(), (0, 0));
@@ -304,7 +302,7 @@ impl Surface {
         let (mut numbered, mut sorted) = (&mut self.numbered[..], &mut mesh.triangles[..]);
         crate::parallel::scope(|scope| {
             let mut begin = 0;
-            // By now each start is the next one's.
+            // Each start has become that of the next corner.
             for ends in start[..self.at.len()].chunks(SORTED) {
                 let end = ends.last().map_or(begin, |&end| end);
                 let count = (end - begin) as usize;

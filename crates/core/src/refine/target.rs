@@ -9,23 +9,22 @@ use crate::residual::Residual;
 /// The pixels that a mesh is fitted to: the frame's own, or a picture derived from them.
 #[derive(Debug)]
 pub(super) enum Target<'a> {
-    /// The frame as it is.
+    /// The frame itself.
     Frame(&'a Frame),
     /// The frame with the residual of the frame before it added.
     Corrected(Frame),
-    /// The frame, of which only some rows have pixels; the others must not be read.
+    /// The frame, only some rows of which have pixels; others must not be read.
     Rows(Frame),
 }
 
 impl<'a> Target<'a> {
-    /// `frame` with the `residual` of the frame before it added, where there is one that fits.
+    /// `frame` with the `residual` of the last frame added, if there is one of its size.
     pub(super) fn with_residual(frame: &'a Frame, residual: Option<Residual>) -> Self {
         let corrected = residual.and_then(|residual| residual.target_for(frame));
         corrected.map_or(Self::Frame(frame), Self::Corrected)
     }
 
-    /// `frame`, of which only `rows` will be read: of planes no other rows are converted. The pixels are
-    /// written in those of `buffers`.
+    /// `frame`, of which only `rows` will be read: only these are converted from planes, in `buffers`.
     pub(super) fn with_rows(
         frame: &'a Frame,
         rows: impl IntoIterator<Item = Range<u32>>,
@@ -56,7 +55,7 @@ impl<'a> Target<'a> {
         self.picture().is_opaque()
     }
 
-    /// Gives the buffers of a derived picture back to `buffers`.
+    /// Returns the buffers of a derived picture to `buffers`.
     pub(super) fn recycle(self, buffers: &mut Buffers) {
         match self {
             Self::Frame(_) => {}

@@ -1,9 +1,9 @@
 //! Level two of the baseline Pic2PolyArt: an equal share of the seeds for each of four bands of
 //! saliency, 0-63, 64-127, 128-191 and 192-255, chosen among edges and salient points.
 //!
-//! The original also puts points on faces. This one does not: of the face detectors for Rust those on
-//! ONNX fetch their models at run time, and `rustface`, which brings its model along, had its last
-//! release in 2021 and reads pixels through raw pointers. The seeds are those of edges and saliency.
+//! The original also puts points on faces. This one does not: of the face detectors for Rust, those on ONNX download
+//! their models at run time, and `rustface`, which includes its model, had its last release in 2021 and reads pixels
+//! through raw pointers.
 
 use super::thin;
 use crate::feature::mask::Mask;
@@ -11,9 +11,9 @@ use crate::plane::Plane;
 
 const BANDS: usize = 4;
 
-/// `target` of the `candidates`, a quarter from each band of `score` (its largest value standing for
-/// 255), by chance within a band. What a band lacks goes to the others in equal parts; fewer than
-/// `target` where there are fewer candidates.
+/// `target` of the `candidates`, a quarter from each band of `score`, whose largest value counts as 255; random
+/// within a band. Bands with too few candidates leave their share to the others, in equal parts. Fewer than `target`
+/// if there are fewer candidates.
 pub fn share_bands(
     candidates: &Mask,
     score: &Plane<f32>,
@@ -31,8 +31,8 @@ pub fn share_bands(
     chosen.flat_map(|(band, share)| thin::keep(band, share, seed)).collect()
 }
 
-/// Equal shares of `target`, none larger than what is `held`; the remainder of a division goes to the
-/// bands that come first.
+/// Equal shares of `target`, none larger than the number of candidates `held`. The remainder of a division goes to
+/// the first bands.
 fn equal_shares(held: [usize; BANDS], target: usize) -> [usize; BANDS] {
     let mut shares = [0; BANDS];
     loop {
@@ -41,7 +41,7 @@ fn equal_shares(held: [usize; BANDS], target: usize) -> [usize; BANDS] {
         if left == 0 || open == 0 {
             return shares;
         }
-        // At least one, so that each round hands out something.
+        // At least one, so that each round makes progress.
         let each = (left / open).max(1);
         let mut left = left;
         for band in 0..BANDS {

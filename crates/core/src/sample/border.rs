@@ -2,8 +2,7 @@
 
 use crate::geom::{Point, SUBPIXEL, Size};
 
-/// About `count` points spread evenly over the four sides, corners left out, each side divided into
-/// equal parts. Distinct; at most one a pixel.
+/// About `count` points, evenly spaced on the four sides without the corners. Distinct; at most one for each pixel.
 pub fn border_points(size: Size, count: usize) -> Vec<Point> {
     let far = size.far();
     let perimeter = 2.0 * (f64::from(size.width) + f64::from(size.height));

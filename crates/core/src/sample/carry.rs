@@ -4,17 +4,17 @@ use crate::flow::motion::Motion;
 use crate::geom::{Point, SUBPIXEL, Size, orient};
 use crate::mesh::{CORNERS, Mesh, Place, starts};
 
-/// Shares of its displacement that a vertex tries, the longest first; after the last it stays.
+/// Shares of its displacement that a vertex tries, the longest first. After the last it stays.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 
 /// Carries meshes. Keeps scratch buffers from frame to frame.
 #[derive(Clone, Debug, Default)]
 pub struct Carrier {
-    /// Where each vertex was.
+    /// The position of each vertex before.
     from: Vec<Point>,
-    /// How far each is to move.
+    /// The displacement of each vertex.
     displacements: Vec<(f64, f64)>,
-    /// How many of [`SHARES`] of that were too long.
+    /// The number of [`SHARES`] of it that were too long.
     attempts: Vec<u8>,
     /// The triangles of each vertex, those of vertex v from `ends[v - 1]` to `ends[v]`.
     ends: Vec<u32>,
@@ -24,10 +24,9 @@ pub struct Carrier {
 }
 
 impl Carrier {
-    /// Moves the vertices of `mesh` by `motion`, as far as all triangles keep their orientation and some
-    /// area: where the picture folds, at occlusions and where it leaves the frame, vertices move
-    /// by half of it, a quarter, or stay. Border vertices slide along their border; corners stay. A sound mesh
-    /// stays sound.
+    /// Moves the vertices of `mesh` by `motion`, as far as no triangle folds or loses its area. Where it would, at
+    /// occlusions and where the picture leaves the frame, vertices move by half of the displacement, by a quarter, or
+    /// not at all. Border vertices slide along their border; corners stay. A sound mesh stays sound.
     pub fn carry(&mut self, mesh: &mut Mesh, motion: &Motion) {
         if motion.is_rest() {
             return;
@@ -52,8 +51,8 @@ impl Carrier {
         if next.is_some() {
             index_triangles(mesh, ends, triangles_around);
         }
-        // Every round over the triangles in order shortens the displacement of at least one vertex of each
-        // folded triangle; when all three are back where they were the triangle is sound, as before.
+        // Each round over the triangles shortens the displacement of a vertex of every folded triangle. A triangle is
+        // sound at the latest when all three vertices are back.
         while let Some(t) = next {
             if is_folded(mesh, t) {
                 for v in mesh.triangles[t].map(|v| v as usize) {
@@ -70,20 +69,20 @@ impl Carrier {
     }
 }
 
-/// Lists the triangles around each vertex, and where each list ends, which is where the next begins.
+/// Lists the triangles around each vertex, and the end of each list, which is the start of the next.
 fn index_triangles(mesh: &Mesh, ends: &mut Vec<u32>, triangles_around: &mut Vec<u32>) {
     let corners = mesh.triangles.as_flattened().iter().copied();
     starts(ends, mesh.vertices.len(), corners.clone());
     triangles_around.resize(3 * mesh.triangles.len(), 0);
     for (v, corner) in corners.zip(0u32..) {
-        // Each start is counted up to its list's end.
+        // Each start becomes the end of its list.
         let at = &mut ends[v as usize];
         triangles_around[*at as usize] = corner / 3;
         *at += 1;
     }
 }
 
-/// A set of triangles by their numbers, a bit for each.
+/// A set of triangle numbers, one bit for each.
 #[derive(Clone, Debug, Default)]
 struct TriangleSet(Vec<u64>);
 
@@ -91,7 +90,7 @@ impl TriangleSet {
     /// Bits of a word.
     const WORD: usize = u64::BITS as usize;
 
-    /// Makes it the empty set, for numbers below `count`.
+    /// Empties the set, for numbers below `count`.
     fn clear(&mut self, count: usize) {
         self.0.clear();
         self.0.resize(count.div_ceil(Self::WORD), 0);
@@ -101,7 +100,7 @@ impl TriangleSet {
         self.0[t / Self::WORD] |= 1 << (t % Self::WORD);
     }
 
-    /// Removes and returns the first that is not below `from`.
+    /// Removes and returns the first number that is at least `from`.
     fn pop_from(&mut self, from: usize) -> Option<usize> {
         let mut wanted = !0 << (from % Self::WORD);
         for (i, word) in self.0.iter_mut().enumerate().skip(from / Self::WORD) {
@@ -138,7 +137,7 @@ fn displacement(p: Point, size: Size, motion: &Motion) -> (f64, f64) {
     }
 }
 
-/// `p` moved by a share of its displacement and kept inside the frame: inner vertices stay off the border.
+/// `p` moved by a share of its displacement. Inner vertices stay inside the frame and off its border.
 fn moved(p: Point, (u, v): (f64, f64), share: f64, size: Size) -> Point {
     let far = size.far();
     let inside = |from: i32, by: f64, far: i32| {

@@ -5,14 +5,14 @@ use crate::feature::mask::Mask;
 use crate::hex::HexGrid;
 use crate::options::Thresholds;
 
-/// How many points a cell keeps (paper, Algorithm 1).
+/// The number of points that a cell keeps (paper, Algorithm 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quota {
-    /// The densest cells keep this many.
+    /// Number for the densest cells.
     pub max_points: u32,
-    /// Where dense begins.
+    /// Densities that separate the classes.
     pub thresholds: Thresholds,
-    /// Cells below all thresholds keep this many.
+    /// Number for cells below all thresholds.
     pub default_points: u32,
 }
 
@@ -29,12 +29,12 @@ impl Quota {
         } else {
             self.default_points
         };
-        // A quarter of few points is still one: a denser cell never keeps less than a sparse one.
+        // At least one: a dense cell never keeps fewer than a sparse one.
         quota.max(self.default_points)
     }
 }
 
-/// A feature point, with its rank by chance among those of its cell.
+/// A feature point, with its random rank within its cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Candidate {
     rank: u32,
@@ -46,10 +46,10 @@ struct Candidate {
 #[derive(Clone, Debug)]
 pub struct Binned {
     candidates: Vec<Candidate>,
-    /// Where each cell's candidates begin, and where the last one's end.
+    /// The start of each cell's candidates, and the end of the last cell's.
     starts: Vec<u32>,
     quotas: Vec<u32>,
-    /// A number in 0..1 by chance for each cell, which decides how a broken quota is rounded.
+    /// A random number in 0..1 for each cell: the dither by which fractional quotas are rounded.
     dither: Vec<f64>,
 }
 
@@ -85,7 +85,7 @@ impl Binned {
         (self.starts[cell + 1] - self.starts[cell]) as usize
     }
 
-    /// How many candidates `cell` keeps when quotas are multiplied by `scale`.
+    /// The number of candidates that `cell` keeps when quotas are multiplied by `scale`.
     fn kept(&self, cell: usize, scale: f64) -> usize {
         let quota = f64::from(self.quotas[cell]) * scale + self.dither[cell];
         // A scale of exactly 1 keeps the quota itself: the dither is below 1.
@@ -97,21 +97,21 @@ impl Binned {
         (0..self.quotas.len()).map(|cell| self.kept(cell, scale)).sum()
     }
 
-    /// The largest scale at which at most `target` points are kept, to the accuracy of the bisection.
+    /// The largest scale at which at most `target` points are kept, to the precision of the bisection.
     pub fn solve(&self, target: usize) -> f64 {
         let most = self.candidates.len();
         let (mut low, mut high) = (0.0, 1.0);
         while self.count(high) <= target {
-            // Beyond the number of candidates nothing more can be kept.
+            // No scale keeps more than all candidates.
             if high > most as f64 {
                 return high;
             }
             (low, high) = (high, high * 2.0);
         }
-        // Only those cells are counted again whose number is not settled by now.
+        // Only cells whose number still changes are counted again.
         let mut open: Vec<usize> = (0..self.quotas.len()).collect();
         let mut settled = 0;
-        // 40 halvings separate scales that differ by 1e-12: one point at a time.
+        // 40 halvings tell scales apart that differ by 1e-12, so that points are added one by one.
         for _ in 0..40 {
             open.retain(|&cell| {
                 let (least, most) = (self.kept(cell, low), self.kept(cell, high));
@@ -125,7 +125,7 @@ impl Binned {
         low
     }
 
-    /// The points kept at `scale`: of each cell those with the smallest ranks, in rising rank.
+    /// The points kept at `scale`: in each cell those of the smallest ranks, in rising order of rank.
     pub fn keep(&mut self, scale: f64) -> Vec<(u32, u32)> {
         let mut points = Vec::with_capacity(self.count(scale));
         for cell in 0..self.quotas.len() {

@@ -1,11 +1,11 @@
-//! Numbers of vertices that last as long as the vertices.
+//! Lasting ids of vertices.
 
 use crate::mesh::{CORNERS, Mesh};
 
-/// Gives vertices their numbers, see [`Mesh::ids`].
+/// Gives vertices their lasting ids, see [`Mesh::ids`].
 #[derive(Clone, Debug)]
 pub(super) struct Ids {
-    /// The first number that no vertex has had.
+    /// The first id that no vertex has had.
     next: u64,
 }
 
@@ -16,8 +16,8 @@ impl Default for Ids {
 }
 
 impl Ids {
-    /// Numbers the vertices of a new `mesh`: its corners, the first seeds as `survivors` were numbered before,
-    /// and the other seeds anew.
+    /// Gives ids to the vertices of a new `mesh`. The corners have 0 to 3; the first seeds keep the ids of the
+    /// `survivors`; the others get new ones.
     pub(super) fn number(&mut self, mesh: &mut Mesh, survivors: &[u64]) {
         let born = (mesh.seeds().len() - survivors.len()) as u64;
         mesh.ids.clear();
@@ -27,7 +27,7 @@ impl Ids {
         self.next += born;
     }
 
-    /// Numbers the vertices anew that were `replaced`: taken from one place and put in at another.
+    /// Gives new ids to the vertices that were `replaced`.
     pub(super) fn renew(&mut self, mesh: &mut Mesh, replaced: &[u32]) {
         for &v in replaced {
             mesh.ids[v as usize] = self.next;

@@ -1,4 +1,4 @@
-//! Seeds that live on while their number changes: fewer or more cells of the grid are occupied.
+//! Changes the number of seeds of a mesh: cells of the grid are vacated or occupied.
 
 use super::spread::spread;
 use crate::chance::{Purpose, rank};
@@ -6,19 +6,18 @@ use crate::geom::Point;
 use crate::hex::HexGrid;
 use crate::mesh::{CORNERS, Mesh, Place};
 
-/// Seeds with those that were there before at the head of them.
+/// Seeds, the survivors of the last frame first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Occupied {
     /// Distinct points of the closed frame, none of them a corner.
     pub(super) seeds: Vec<Point>,
-    /// The [numbers](Mesh::ids) of those that were there before.
+    /// The [ids](Mesh::ids) of the survivors.
     pub(super) survivors: Vec<u64>,
 }
 
-/// The seeds of `mesh`, made `target` (border points stay, so that there may be more). Every cell of
-/// `grid` has a rank by chance, the same in every frame. Where there are too many seeds the cells of
-/// the highest ranks give theirs up; where there are too few the emptiest cells get new ones, at places
-/// by chance.
+/// The seeds of `mesh`, changed to `target` (border points stay, so that there may be more). Every cell of `grid` has
+/// a random rank, the same in every frame. If there are too many seeds, cells of the highest ranks lose theirs; if
+/// there are too few, the emptiest cells get new ones at random positions.
 pub(super) fn occupy(mesh: &Mesh, target: usize, grid: &HexGrid, seed: u64) -> Occupied {
     let size = mesh.size;
     let inner = |p: &Point| Place::of(*p, size) == Place::Interior;

@@ -1,15 +1,14 @@
-//! Points where no feature asks for one: a flat picture too gets the seeds that it was asked to have.
+//! Adds points where there are no features, so that a flat picture also gets its number of seeds.
 
 use crate::chance::{Purpose, rank};
 use crate::feature::mask::Mask;
 use crate::hex::HexGrid;
 
-/// Throws in each cell; by then a cell that still lacks points is nearly full.
+/// Random positions that are tried in each cell. A cell that still lacks points then is nearly full.
 const ROUNDS: u32 = 16;
 
-/// Adds pixels to `points`, distinct from those there are, until there are `target` (at most the
-/// frame's pixels): the emptiest cells of `grid` first, each at a place by chance that is the same in
-/// every frame; where that does not suffice, any free pixels by their rank.
+/// Adds distinct pixels to `points` until there are `target` (at most the frame's pixels): in the emptiest cells of
+/// `grid` first, at random positions that are the same in every frame; then any free pixels, by their rank.
 pub fn spread(points: &mut Vec<(u32, u32)>, target: usize, grid: &HexGrid, seed: u64) {
     if points.len() >= target {
         return;
@@ -46,7 +45,7 @@ pub fn spread(points: &mut Vec<(u32, u32)>, target: usize, grid: &HexGrid, seed:
     points.extend(free.iter().map(|&(_, x, y)| (x, y)).take(target - points.len()));
 }
 
-/// A pixel by chance in the middle of the cell, where that lies in the frame.
+/// A random pixel in the middle of the cell, if it lies in the frame.
 pub(super) fn throw(grid: &HexGrid, cell: usize, round: u32, seed: u64) -> Option<(u32, u32)> {
     let bits = rank(seed, Purpose::Interior, cell as u32, round);
     let offset = |bits: u64| (bits & 0xffff) as f64 / 65536.0 - 0.5;

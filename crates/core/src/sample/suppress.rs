@@ -1,10 +1,9 @@
-//! Greedy maximum with Gaussian suppression: level two of the baseline ENTROPY. The highest place of
-//! the score becomes a seed and everything about it is lowered; again, until there are enough.
+//! Greedy maxima with Gaussian suppression: level two of the baseline ENTROPY. The maximum of the score becomes a
+//! seed, and the score around it is lowered; this repeats until there are enough seeds.
 //!
-//! The published form searches the whole map for every seed, which only small images bear. Here a
-//! tournament over tiles remembers where the maxima are, so that the work is about 40 operations a
-//! pixel for any number of seeds: the suppressed area shrinks as they grow in number. It is one
-//! sequence all the same, and no other core can help.
+//! The published form searches the whole map for every seed, which is feasible for small images only. Here a
+//! tournament tree over tiles holds the maxima, so that the work is about 40 operations for each pixel with any
+//! number of seeds: more seeds suppress smaller areas. The algorithm is sequential and uses one thread.
 
 use crate::geom::Size;
 use crate::plane::Plane;
@@ -15,14 +14,13 @@ const TILE: u32 = 16;
 /// Standard deviation of the suppression in mean distances between seeds. See `docs/calibration.md`.
 const SIGMA: f64 = 0.5;
 
-/// The suppression ends at this many standard deviations, where it takes away 1 %.
+/// Radius of the suppression in standard deviations: it is 1 % there.
 const REACH: f64 = 3.0;
 
-/// Scores below this part of the largest are nothing any more: what is left there is rounding.
+/// Scores below this share of the largest count as 0: they are rounding errors.
 const NOTHING: f32 = 1e-6;
 
-/// Up to `target` pixels of `score`, highest first; of equal ones that which comes first row by row.
-/// Fewer when nothing is left to take.
+/// Up to `target` pixels of `score`, the highest first; of equal ones the first in rows. Fewer if no score is left.
 pub fn suppress(score: &Plane<f32>, target: usize) -> Vec<(u32, u32)> {
     let mut points = Vec::with_capacity(target);
     if target == 0 || score.size().pixels() == 0 {
@@ -43,7 +41,7 @@ pub fn suppress(score: &Plane<f32>, target: usize) -> Vec<(u32, u32)> {
     points
 }
 
-/// What remains of the score about a seed, 0..1.
+/// The factor, 0..1, by which the score at a distance from a seed is multiplied.
 struct Dent {
     reach: u32,
     remains: Vec<f32>,
@@ -61,7 +59,7 @@ impl Dent {
     }
 }
 
-/// A score whose maximum is known: the highest pixel of each tile, and over them a tournament.
+/// A score with its maxima: the highest pixel of each tile, and a tournament tree over them.
 struct Field {
     score: Plane<f32>,
     columns: u32,
@@ -95,7 +93,7 @@ impl Field {
         self.tree.len() / 2 + (row * self.columns + column) as usize
     }
 
-    /// Finds the highest pixel of a tile anew.
+    /// Updates the highest pixel of a tile.
     fn look(&mut self, column: u32, row: u32) {
         let Size { width, height } = self.score.size();
         let mut best = (f32::NEG_INFINITY, u32::MAX, u32::MAX);
@@ -115,12 +113,12 @@ impl Field {
 
     fn play(&mut self, node: usize) {
         let (a, b) = (self.tree[2 * node], self.tree[2 * node + 1]);
-        // Of equals the upper, then the left one.
+        // Of equal ones the upper, then the left one.
         let second = b.0 > a.0 || (b.0 == a.0 && (b.2, b.1) < (a.2, a.1));
         self.tree[node] = if second { b } else { a };
     }
 
-    /// Lowers everything about `(x, y)`.
+    /// Suppresses the score around `(x, y)`.
     fn press(&mut self, dent: &Dent, x: u32, y: u32) {
         let Size { width, height } = self.score.size();
         let Dent { reach, ref remains } = *dent;
@@ -136,7 +134,7 @@ impl Field {
         for row in top / TILE..=bottom / TILE {
             for column in left / TILE..=right / TILE {
                 let before = self.tree[self.leaf(column, row)];
-                // A tile whose highest pixel was not touched keeps it: nothing else rises.
+                // The maximum of a tile is unchanged if its highest pixel was not lowered.
                 let held = (left..=right).contains(&before.1) && (top..=bottom).contains(&before.2);
                 if held {
                     self.look(column, row);

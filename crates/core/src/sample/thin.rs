@@ -3,8 +3,8 @@
 use crate::chance::{Purpose, rank};
 use crate::feature::mask::Mask;
 
-/// `target` of the `candidates` by chance, all of them where there are no more. A pixel's rank is its
-/// own: it does not depend on which other candidates there are.
+/// `target` random ones of the `candidates`, all of them if there are no more. The rank of a pixel does not depend on
+/// the other candidates.
 pub fn thin(candidates: &Mask, target: usize, seed: u64) -> Vec<(u32, u32)> {
     keep(candidates.iter().collect(), target, seed)
 }

@@ -11,41 +11,42 @@ use crate::geom::Size;
 use crate::hex::HexGrid;
 use crate::options::CellPercentiles;
 
-/// Of what is left when every cell has its `min_points`, per cent for high and for medium cells; low
-/// ones share the rest (paper, Algorithm 3, the sign of the low share set right).
+/// The shares of high and of medium cells, in per cent, of the points that are left after every cell has
+/// `min_points`. Low cells share the others (paper, Algorithm 3, with the sign of the low share corrected).
 const HIGH_SHARE: usize = 50;
 const MEDIUM_SHARE: usize = 30;
 
-/// Seeds of a cell in the mean, where nothing fixes the grid. See `docs/calibration.md`.
+/// Mean number of seeds in a cell, where no option gives the grid. See `docs/calibration.md`.
 const CELL_POINTS: f64 = 4.0;
 
-/// Rows that one task works through.
+/// Rows in one parallel piece of work.
 const BAND: usize = 32;
 
-/// Steps of the scores, as whole numbers whose sums are the same in any order.
+/// Scores are rounded to this fraction, so that their sums are the same in any order.
 const STEPS: f32 = 65_536.0;
 
-/// Throws for a pixel of a cell that lacks feature points, before all its pixels are listed.
+/// Random positions that are tried for a pixel of a cell without enough feature points, before all its pixels are
+/// listed.
 const THROWS: u32 = 24;
 
-/// How cells share (paper, Algorithm 3).
+/// The distribution of points over cells (paper, Algorithm 3).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sharing {
-    /// Points that every cell gets first.
+    /// Number for every cell, before the others are distributed.
     pub min_points: u32,
-    /// Which cells are high and which low.
+    /// The percentiles of high and of low cells.
     pub percentiles: CellPercentiles,
 }
 
-/// The grid for `target` seeds: of cells of `hex_density` where it is given, else with four seeds a
-/// cell in the mean; and its cells are at least so large that all can have `min_points`.
+/// The grid for `target` seeds: of cells of `hex_density` if given, else with four seeds in a cell on average. Cells
+/// are large enough for `min_points` in each.
 pub fn value_grid(size: Size, target: usize, min_points: u32, hex_density: Option<f64>) -> HexGrid {
     let mean = size.pixels() as f64 / target.max(1) as f64;
     let mut area = match hex_density {
         Some(density) => size.pixels() as f64 * density,
         None => mean * CELL_POINTS.max(f64::from(2 * min_points)),
     };
-    // All that are smaller make the same grid, the finest.
+    // The finest grid; smaller values give the same.
     area = area.max(f64::MIN_POSITIVE);
     while 1.05 * area < HexGrid::new(size, 0.0).cell_area() {
         area *= 1.05;
@@ -60,13 +61,12 @@ pub fn value_grid(size: Size, target: usize, min_points: u32, hex_density: Optio
     }
 }
 
-/// Whether a cell takes part: at least half of it lies in the frame. What lies beyond belongs to it
-/// only on paper.
+/// Whether a cell gets points: at least half of it lies in the frame.
 fn takes_part(area: f64, grid: &HexGrid) -> bool {
     2.0 * area >= grid.cell_area() * 0.999
 }
 
-/// About how many cells of `grid` take part: those whose centre lies in the closed frame.
+/// Approximate number of cells of `grid` that get points: those with their centre in the closed frame.
 fn counted(grid: &HexGrid) -> usize {
     let size = grid.size();
     let inside = |(x, y): (f64, f64)| {
@@ -75,13 +75,12 @@ fn counted(grid: &HexGrid) -> usize {
     (0..grid.cells()).filter(|&cell| inside(grid.centre(cell))).count()
 }
 
-/// `target` pixels of the frame: every cell that lies in it by half has `min_points`; of the rest
-/// cells above the high percentile of mean value share 50 %, those from medium to high 30 %, those
-/// below 20 %, each class by the cells' areas in the frame (equal but at the border). The share of a
-/// class without cells goes to the medium one. Inside a cell feature points are taken by chance (their
-/// value has weighted that chance at level one), and where they do not suffice any pixels.
+/// `target` pixels of the frame. Every cell that lies in it by half has `min_points`. Of the others, cells above the
+/// high percentile of the mean value share 50 %, those between the percentiles 30 %, those below the medium one 20 %,
+/// each class by the areas of its cells in the frame. The share of a class without cells goes to the medium class. In
+/// a cell feature points are taken at random (level one has weighted them by value already), then any pixels.
 ///
-/// Fewer than `target` where cells are too small for their share.
+/// Fewer than `target` if cells are too small for their share.
 pub fn share_by_value(
     features: &Features,
     grid: &HexGrid,
@@ -126,7 +125,7 @@ impl Cell {
     }
 }
 
-/// All cells, by the score or, where there is none, by the density of feature points.
+/// Area and mean value of all cells: of the score, or without one the density of feature points.
 fn measure(features: &Features, grid: &HexGrid) -> Vec<Cell> {
     let height = grid.size().height;
     let most = features.score.as_ref().map_or(0.0, |score| {
@@ -174,7 +173,7 @@ fn measure(features: &Features, grid: &HexGrid) -> Vec<Cell> {
     cells
 }
 
-/// The number of points of each cell, `target` in all when any cell takes part.
+/// The number of points of each cell: `target` in total, if any cell gets points.
 fn quotas(
     cells: &[Cell],
     grid: &HexGrid,
@@ -185,7 +184,7 @@ fn quotas(
     let mut quotas = vec![0; cells.len()];
     let mut part: Vec<usize> =
         (0..cells.len()).filter(|&c| takes_part(cells[c].pixels as f64, grid)).collect();
-    // By rank, so that the points that a division leaves over go to cells all over the frame.
+    // In random order, so that the remainders of divisions go to cells all over the frame.
     part.sort_unstable_by_key(|&c| (rank(seed, Purpose::Phase, c as u32, 1), c));
     if part.is_empty() {
         return quotas;
@@ -219,8 +218,8 @@ fn quotas(
     quotas
 }
 
-/// Gives the cells of `class` `share` points by their areas: after each cell as many are handed out as
-/// the areas up to it ask for, rounded down.
+/// Distributes `share` points over the cells of `class` in proportion to their areas: the cumulative number is
+/// rounded down after each cell.
 fn hand_out(quotas: &mut [usize], class: &[usize], share: usize, cells: &[Cell]) {
     let total: u64 = class.iter().map(|&c| cells[c].pixels).sum();
     let (mut area, mut given) = (0, 0);
@@ -232,12 +231,12 @@ fn hand_out(quotas: &mut [usize], class: &[usize], share: usize, cells: &[Cell])
     }
 }
 
-/// The percentile `p` (0..100) of `sorted` values, linear between neighbours, as numpy's.
+/// The percentile `p` (0..100) of `sorted` values, interpolated linearly as by numpy.
 fn percentile(sorted: &[f64], p: f64) -> f64 {
     let at = p / 100.0 * (sorted.len() - 1) as f64;
     let (low, weight) = (at as usize, at.fract());
     let high = (low + 1).min(sorted.len() - 1);
-    // Equal neighbours are themselves, without rounding.
+    // Equal neighbours are returned without rounding.
     if sorted[low] == sorted[high] {
         sorted[low]
     } else {
@@ -278,7 +277,7 @@ fn fill_cell(
 fn pixels_of(grid: &HexGrid, cell: usize) -> impl Iterator<Item = (u32, u32)> + '_ {
     let (x, y) = grid.centre(cell);
     let Size { width, height } = grid.size();
-    // A hexagon's tips lie 1 / sqrt(3) widths from its centre.
+    // The corners of a hexagon are 1 / sqrt(3) widths away from its centre.
     let range = |centre: f64, reach: f64, side: u32| {
         ((centre - reach - 1.0).max(0.0) as u32)..((centre + reach + 1.0).max(0.0) as u32).min(side)
     };

@@ -1,4 +1,4 @@
-//! Sums over the bytes of one row of a triangle in a plane: few, and many times.
+//! Sums over the bytes of a triangle's row in a plane: short rows, many of them.
 
 use super::lanes::LANES;
 
@@ -21,7 +21,7 @@ const MASKS: [[u8; LANES]; LANES + 1] = {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ByteSums {
     lanes: [u16; LANES],
-    /// Of rows that are too long, or too close to the plane's end, for the lanes.
+    /// Sum of rows that are too long for the lanes, or too close to the plane's end.
     rest: u64,
 }
 

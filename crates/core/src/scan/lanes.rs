@@ -1,4 +1,4 @@
-//! Sums over the pixels of one row of a triangle: few, and many times.
+//! Sums over the pixels of a triangle's row: short rows, many of them.
 
 use crate::frame::Rgba;
 
@@ -10,10 +10,10 @@ pub(crate) const LANES: usize = 16;
 #[inline(always)]
 fn each(row: &[Rgba], count: usize, mut visit: impl FnMut([u32; LANES])) {
     let mut done = 0;
-    // One round for nearly all of them.
+    // Nearly always one iteration.
     while done < count {
         let mask = &MASKS[LANES.min(count - done)];
-        // Not one call for both: then lanes would no longer become vectors.
+        // Two calls: with one the lanes would no longer become vectors.
         if let Some(lanes) = row[done..].first_chunk::<LANES>() {
             visit(masked(lanes, mask));
         } else {
@@ -40,7 +40,7 @@ pub(crate) struct LaneSums {
     /// Red in the lower and blue in the upper half of each number.
     red_blue: [u32; LANES],
     green: [u32; LANES],
-    /// How often each lane was added to.
+    /// Number of additions to each lane.
     added: u32,
 }
 

@@ -1,4 +1,5 @@
-//! Many triangles at once: marked where each of their rows begins, then each row of the picture run along.
+//! Fills many triangles at once: marks the first pixel of each of their rows, then extends the marks along each row
+//! of the picture.
 
 use super::{rows, spans};
 use crate::frame::Rgba;
@@ -7,18 +8,18 @@ use crate::geom::Point;
 /// A pixel at which no triangle begins.
 const UNMARKED: Rgba = [0; 4];
 
-/// What stands for alpha 0 until it becomes transparent black: it must not be [`UNMARKED`].
+/// A mark for alpha 0, which must not be [`UNMARKED`], until the pixel becomes transparent black.
 const CLEAR: Rgba = [1, 0, 0, 0];
 
-/// Rows that are filled as one piece of work.
+/// Rows in one parallel piece of work.
 pub(crate) const BAND: u32 = 64;
 
-/// Triangles with their colours, by the bands of [`BAND`] rows that they reach into.
+/// Triangles with their colours, by the bands of [`BAND`] rows that they overlap.
 #[derive(Debug, Default)]
 pub(crate) struct Bands(Vec<Vec<([Point; 3], Rgba)>>);
 
 impl Bands {
-    /// Takes `triangles` of a picture of `height` rows, in the memory of the last ones.
+    /// Sorts the `triangles` of a picture of `height` rows into bands; reuses the memory.
     pub(crate) fn sort(
         &mut self,
         height: u32,
@@ -46,8 +47,8 @@ impl Bands {
 /// Fills `pixels`, whole rows of `width` from row `first` on, with the colours of `triangles`, which
 /// cover them without gap or overlap. What has alpha 0 becomes transparent black.
 ///
-/// A row of a triangle is short, and there are many: to write one pixel for each of them and to pass
-/// over all once costs less than to fill them one by one.
+/// The rows of triangles are short and many: writing one pixel for each and extending all of them in one pass is
+/// faster than filling them one by one.
 fn fill(
     triangles: impl Iterator<Item = ([Point; 3], Rgba)>,
     first: u32,
@@ -72,7 +73,7 @@ fn fill(
     }
 }
 
-/// Rows that are run along side by side, so that none waits for the pixel before.
+/// Rows that are extended at once, so that none waits for the pixel before.
 const TOGETHER: usize = 4;
 
 /// Gives each unmarked pixel of up to [`TOGETHER`] rows the colour of the marked one before it.

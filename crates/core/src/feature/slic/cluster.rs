@@ -28,7 +28,7 @@ pub(super) struct Search<'a> {
     lab: &'a Lab,
     /// Side of the square that a superpixel would fill by itself.
     pub(super) step: f32,
-    /// Squared steps of colour that a squared pixel of distance is worth.
+    /// Squared steps of colour that count as much as a squared pixel of distance.
     nearness: f32,
     centres: Vec<Centre>,
     /// The superpixel of every pixel.
@@ -64,7 +64,7 @@ impl<'a> Search<'a> {
             .map(|i| {
                 let x = middle(i % columns, columns, size.width);
                 let y = middle(i / columns, rows, size.height);
-                search.calm(x, y)
+                search.lowest_gradient(x, y)
             })
             .collect();
         search
@@ -76,7 +76,7 @@ impl<'a> Search<'a> {
     }
 
     /// The pixel of lowest gradient among `(x, y)` and its eight neighbours, ties to the first.
-    fn calm(&self, x: u32, y: u32) -> Centre {
+    fn lowest_gradient(&self, x: u32, y: u32) -> Centre {
         let distance =
             |a: [f32; 3], b: [f32; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>();
         let Size { width, height } = self.size;
@@ -168,9 +168,9 @@ impl<'a> Search<'a> {
 }
 
 impl Centre {
-    /// Claims the pixels of a stretch of a row to which it is nearer than all before. `place` is the
-    /// stretch's first x as seen from here, and the square of its y; `out` the distances so far, the
-    /// labels, and the label of this centre.
+    /// Assigns pixels of a stretch of a row to this centre if it is nearer than all before. `place` is the stretch's
+    /// first x relative to the centre, and its squared y; `out` has the distances so far, the labels, and the label
+    /// of this centre.
     fn claim(
         &self,
         [l, a, b]: [&[i16]; 3],

@@ -1,4 +1,4 @@
-//! Filling the running sums.
+//! Computes the prefix sums of a frame.
 
 use std::ops::Range;
 
@@ -13,13 +13,13 @@ use crate::scan::lanes::{LaneSquares, square};
 use crate::simd::dispatch;
 
 impl RowSums {
-    /// Takes the sums of `target`, in the memory of the last one's; `thinly`, and where it is opaque, with what
-    /// [subsampled](super::subsampled) sums need.
+    /// Computes the sums of `target`, in the same memory; with `subsample`, if it is opaque, also the squares for
+    /// [subsampled](super::subsampled) sums.
     pub(in crate::refine) fn load(&mut self, target: &Target, subsample: bool) {
         self.load_rows(target, 0..target.size().height, subsample);
     }
 
-    /// The same of its `rows`, and perhaps of some next to them; sums of others must not be read.
+    /// The same for `rows` only, and perhaps some next to them; sums of others must not be read.
     pub(in crate::refine) fn load_rows(
         &mut self,
         target: &Target,
@@ -33,7 +33,7 @@ impl RowSums {
         let group = ((size.width as usize + 1) * TOGETHER).next_multiple_of(LINE);
         let entries = group * height.div_ceil(TOGETHER);
         self.colour.resize(entries + LINE, 0);
-        // Where the first cache line begins.
+        // The start of the first cache line.
         let aligned = self.colour.as_ptr().align_offset(64).min(LINE);
         let start = |y: usize| (aligned + y / TOGETHER * group + y % TOGETHER) as u32;
         self.starts.clear();
@@ -49,7 +49,7 @@ impl RowSums {
             let width = size.width as usize;
             let sum = |pixels: &[Rgba], colour: &mut [u64], subsampled: Option<&mut [u32]>| {
                 let counted = pixels.len() / width;
-                // Below the frame the last row stands in for rows whose sums are not read.
+                // Below the frame the last row is repeated; these sums are not read.
                 let row = |i: usize| &pixels[i.min(counted - 1) * width..][..width];
                 sum_opaque([row(0), row(1), row(2), row(3)], counted, colour, subsampled)
             };
@@ -84,8 +84,8 @@ impl RowSums {
     }
 }
 
-/// Writes the running sums of four opaque rows, which lie together, and those of squares of the first and third
-/// where they are wanted. Returns the squares of the pixels of the first `counted` rows.
+/// Writes the prefix sums of four opaque, interleaved rows, and those of the squares of the first and third on
+/// request. Returns the squares of the pixels of the first `counted` rows.
 fn sum_opaque(
     rows: [&[Rgba]; TOGETHER],
     counted: usize,
@@ -107,7 +107,7 @@ fn sum_opaque(
                 }
             }
             out[a.len()] = sums;
-            // Subsampled sums have those of every second row already.
+            // The squares of every second row are in the subsampled sums.
             let step = if subsampled.is_some() { 2 } else { 1 };
             // No map_or: see `dispatch`.
             let subsampled = match subsampled {
@@ -124,10 +124,10 @@ fn sum_opaque(
     )
 }
 
-/// Writes the running sums of the squares of the pixels of two rows, which lie together, and returns the last.
+/// Writes the prefix sums of the squares of the pixels of two interleaved rows, and returns the last.
 #[inline(always)]
 fn sum_squares(a: &[Rgba], b: &[Rgba], out: &mut [[u32; 2]]) -> [u32; 2] {
-    // First squares, as vectors, then their sums.
+    // First the squares, by vector instructions, then their sums.
     const PIECE: usize = 64;
     const { assert!(MAX_SIDE as u64 * 3 * 255 * 255 <= u32::MAX as u64) };
     let mut sums = [0; 2];
@@ -145,8 +145,8 @@ fn sum_squares(a: &[Rgba], b: &[Rgba], out: &mut [[u32; 2]]) -> [u32; 2] {
     sums
 }
 
-/// The same for one row with alpha: colours are multiplied by it, rounded to the nearest, so that they
-/// are what is left of a pixel on black. Entries are [`TOGETHER`] apart.
+/// The same for one row with alpha: colours are multiplied by alpha, rounded to the nearest. Entries are [`TOGETHER`]
+/// apart.
 fn sum_premultiplied(row: &[Rgba], out: &mut [u64], alphas: &mut [u32]) -> u64 {
     let (mut sum, mut alpha_sum, mut squares) = (0u64, 0u32, 0u64);
     for (x, &[r, g, b, a]) in row.iter().enumerate() {

@@ -1,20 +1,20 @@
-//! Walks around many vertices side by side.
+//! Walks around several vertices at once.
 
 use smallvec::SmallVec;
 
 use super::{NONE, Surface, previous};
 
-/// Vertices that are walked around together. Each half-edge of a fan is known only when the one before it has
-/// been read, and where a fan ends is not foreseen: one by one, each would be waited for.
+/// Vertices that are walked around together. The next half-edge of a fan is known only after the last one was read,
+/// and the end of a fan cannot be predicted: with several fans the memory accesses overlap.
 pub(in crate::refine) const TOGETHER: usize = 8;
 
-/// Half-edges of a fan for which there is memory at once; few have more.
+/// Half-edges of a fan for which memory is allocated at once; few fans have more.
 const USUAL: usize = 12;
 
 /// The half-edges that leave each of up to [`TOGETHER`] vertices.
 #[derive(Debug, Default)]
 pub(in crate::refine) struct Fans {
-    /// The first of each vertex, then the second of each, and so on; of shorter fans the last goes on.
+    /// The first half-edge of each vertex, then the second of each, and so on; a shorter fan repeats its last one.
     leaving: SmallVec<[[u32; TOGETHER]; USUAL]>,
     lengths: [usize; TOGETHER],
 }
@@ -26,7 +26,7 @@ impl Fans {
         self.leaving.clear();
         self.lengths = [0; TOGETHER];
         let Some(&last) = vertices.last() else { return };
-        // The last stands in for those that are missing.
+        // The last vertex stands for missing ones.
         let vertex = |i: usize| vertices.get(i).copied().unwrap_or(last);
         let first: [u32; TOGETHER] = std::array::from_fn(|i| surface.out[vertex(i) as usize]);
         let mut at = first;
@@ -42,8 +42,8 @@ impl Fans {
         }
     }
 
-    /// The half-edges that leave the vertex at place `i` among those that were walked around, in the order of
-    /// their triangles: what [`Surface::around`] visits.
+    /// The half-edges that leave vertex `i` of those that were walked around, in the order of their triangles, as by
+    /// [`Surface::around`].
     pub(in crate::refine) fn of(&self, i: usize) -> Fan<'_> {
         Fan { leaving: self.leaving[..self.lengths[i]].iter(), i }
     }

@@ -10,12 +10,12 @@ use crate::refine::rows::RowSums;
 use crate::refine::subsampled;
 use crate::refine::sums::Sums;
 
-/// Triangles that are one piece of work.
+/// Triangles in one parallel piece of work.
 const CHUNK: usize = 256;
 
 impl Surface {
-    /// Sums and costs of all edges and triangles over a new frame, and about their errors where `rows` has what
-    /// tells them.
+    /// Computes the sums of all edges and the costs of all triangles over a new frame, and estimates of their errors
+    /// if `rows` has the squares.
     pub(in crate::refine) fn measure(&mut self, rows: &RowSums) {
         let subsample = rows.has_subsampled();
         let Self { at, origin, twin, sums, cost, mean, estimate, .. } = self;
@@ -49,7 +49,7 @@ impl Surface {
         });
     }
 
-    /// The same of those triangles that are `here`; the others keep what they had.
+    /// The same for the triangles `here`; the others keep their values.
     pub(in crate::refine) fn measure_in(&mut self, rows: &RowSums, here: &[bool]) {
         self.sums.resize(self.origin.len(), Sums::default());
         self.cost.resize(here.len(), Cost::default());
@@ -57,7 +57,7 @@ impl Surface {
         let triangles = || (0..).zip(here).filter(|(_, here)| **here).map(|(t, _)| t);
         for h in triangles().flat_map(|t| 3 * t..3 * t + 3) {
             let twin = self.twin[h as usize];
-            // The lower number of the two does the work, or the only one; NONE is the highest.
+            // The half-edge with the lower number does the work, or the only one; NONE is the highest.
             if h < twin || !here[twin as usize / 3] {
                 self.set_sums(h, rows.edge(self.place(h), self.place(next(h))));
             }
@@ -72,8 +72,8 @@ impl Surface {
     }
 }
 
-/// Writes the `sums` of a pack's half-edges from the `first` on, whose `twin`s are told; `place` has where each
-/// begins. Returns the [subsampled] sums of its triangles if they are wanted.
+/// Writes the `sums` of a pack's half-edges from the `first` on, with their `twin`s; `place` has the origin of each.
+/// Returns the [subsampled] sums of its triangles on request.
 #[inline(always)]
 fn sum_up(
     rows: &RowSums,
@@ -86,7 +86,7 @@ fn sum_up(
     let mut subsampled_sums = [Sums::default(); CHUNK];
     for i in 0..sums.len() {
         let h = first + i as u32;
-        // Neighbours are close together: few of the twins lie in another pack, and are summed there once more.
+        // Neighbours are close in memory: few twins are in another pack, and are summed twice.
         let other = twin[h as usize].wrapping_sub(first) as usize;
         if other < i {
             continue;
