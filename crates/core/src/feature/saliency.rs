@@ -2,8 +2,9 @@
 //! Approach", CVPR 2007), in the form of `OpenCV`'s `StaticSaliencySpectralResidual`.
 
 use crate::parallel::prelude::*;
+use rustfft::algorithm::Radix4;
 use rustfft::num_complex::Complex;
-use rustfft::{FftDirection, FftPlanner};
+use rustfft::{Fft, FftDirection};
 
 use crate::geom::Size;
 use crate::plane::Plane;
@@ -85,9 +86,8 @@ fn shrink(luma: &Plane<u8>) -> Square {
 /// The magnitude of the picture whose log amplitude is the spectral residual of `small`, and whose
 /// phase is that of `small`.
 fn residual(small: &Square) -> Square {
-    let mut planner = FftPlanner::new();
     let mut spectrum: Vec<Complex<f64>> = small.iter().map(|&v| Complex::new(v, 0.0)).collect();
-    transform(&mut planner, FftDirection::Forward, &mut spectrum);
+    transform(FftDirection::Forward, &mut spectrum);
     let mut log_amplitude = [0.0; SIDE * SIDE];
     for (log, value) in log_amplitude.iter_mut().zip(&spectrum) {
         *log = value.norm().max(NO_AMPLITUDE).ln();
@@ -99,13 +99,16 @@ fn residual(small: &Square) -> Square {
         let gain = if amplitude < NO_AMPLITUDE { 0.0 } else { (log - mean).exp() / amplitude };
         *value *= gain;
     }
-    transform(&mut planner, FftDirection::Inverse, &mut spectrum);
+    transform(FftDirection::Inverse, &mut spectrum);
     std::array::from_fn(|i| spectrum[i].norm())
 }
 
 /// The two-dimensional transform: rows, then columns by way of two transpositions.
-fn transform(planner: &mut FftPlanner<f64>, direction: FftDirection, data: &mut [Complex<f64>]) {
-    let fft = planner.plan_fft(SIDE, direction);
+///
+/// One plain algorithm, not the planner: the planner brings code for every length and instruction set (half of the
+/// time that this crate took to build), and its result depends on the processor.
+fn transform(direction: FftDirection, data: &mut [Complex<f64>]) {
+    let fft = Radix4::new(SIDE, direction);
     for _ in 0..2 {
         fft.process(data);
         for y in 0..SIDE {
