@@ -4,6 +4,11 @@
 //! cargo run --release --example mesh -- samples/lake.jpg > lake.obj
 //! ```
 
+#![allow(
+    clippy::field_reassign_with_default,
+    reason = "Options is non_exhaustive in other packages"
+)]
+
 use std::error::Error;
 use std::io::Write;
 
@@ -12,7 +17,8 @@ use polyreel::{Frame, Options, Points, Renderer};
 fn main() -> Result<(), Box<dyn Error>> {
     let input = std::env::args().nth(1).ok_or("name a picture")?;
     let frame = Frame::from_image(image::open(input)?.into_rgba8())?;
-    let options = Options { points: Points::Count(500), ..Options::default() };
+    let mut options = Options::default();
+    options.points = Points::Count(500);
     let mesh = Renderer::new(&options)?.render(&frame)?.mesh;
 
     let mut out = std::io::stdout().lock();

@@ -1,4 +1,4 @@
-//! A sink of one's own: takes the finished pictures of any input that polyreel reads.
+//! A custom sink: takes the finished pictures of any input that polyreel reads.
 //!
 //! ```sh
 //! cargo run --release --example sink -- samples/planet.gif

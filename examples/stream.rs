@@ -4,6 +4,11 @@
 //! cargo run --release --example stream
 //! ```
 
+#![allow(
+    clippy::field_reassign_with_default,
+    reason = "Options is non_exhaustive in other packages"
+)]
+
 use polyreel::{Frame, Options, Points, Renderer, Result, Size};
 
 const SIZE: Size = Size::new(320, 200);
@@ -19,7 +24,8 @@ fn frame(t: u32) -> Result<Frame> {
 }
 
 fn main() -> Result<()> {
-    let options = Options { points: Points::Count(400), ..Options::default() };
+    let mut options = Options::default();
+    options.points = Points::Count(400);
     let mut renderer = Renderer::new(&options)?;
     for t in 0..10 {
         let rendered = renderer.render(&frame(t)?)?;
