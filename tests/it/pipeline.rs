@@ -1,259 +1,33 @@
 //! The threaded pipeline against the serial renderer, and its ways to end.
 
+mod trial;
+
 use std::num::NonZeroUsize;
 use std::ops::ControlFlow;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
+use std::sync::atomic::Ordering::SeqCst;
 use std::time::{Duration, Instant};
 
-use polyreel::error::{Error, Result};
-use polyreel::frame::{Buffers, Frame, Rational};
-use polyreel::geom::Size;
-use polyreel::options::{Options, Points};
-use polyreel::pipeline::{Ending, FrameReport, IN_FLIGHT, Observer, Settings, Stop, Summary, run};
-use polyreel::render::{Rendered, Renderer};
-use polyreel::sink::{Origin, Picture, Sink};
-use polyreel::source::{Decoded, Source};
+use polyreel::error::Error;
+use polyreel::options::Points;
+use polyreel::pipeline::{Ending, FrameReport, IN_FLIGHT, Observer, Settings, Stop, run};
+use polyreel::render::Renderer;
 use polyreel::stage::Stage;
-use polyreel::stream::Span;
 
-use crate::wait::until;
-
-/// Frame `index` of an endless film: a disc that wanders over a gradient.
-fn frame(index: u64) -> Decoded {
-    let size = Size::new(64, 48);
-    let centre = (10.0 + 3.0 * index as f64 % 44.0, 24.0);
-    let pixels = (0..size.pixels() as u32).map(|i| {
-        let (x, y) = (i % size.width, i / size.width);
-        if (f64::from(x) - centre.0).hypot(f64::from(y) - centre.1) < 9.0 {
-            [200, 30, (y * 5) as u8, 255]
-        } else {
-            [(x * 3) as u8, (y * 4) as u8, 90, 255]
-        }
-    });
-    let start = Rational::new(index as i64, 25);
-    let frame = Frame::new(size, pixels.collect()).expect("a small frame");
-    Decoded::new(frame, Span { start, length: Some(Rational::new(1, 25)) })
-}
-
-/// What happens at a frame instead of what should.
-#[derive(Clone, Copy)]
-enum Mishap {
-    Error,
-    Panic,
-    Closed,
-}
-
-fn happen(mishap: Mishap) -> Error {
-    match mishap {
-        Mishap::Error => Error::output("stub", "an invented error"),
-        Mishap::Panic => panic!("an invented panic"),
-        Mishap::Closed => Error::Closed,
-    }
-}
-
-/// What the stubs record for the test.
-#[derive(Default)]
-struct Log {
-    decoded: AtomicU64,
-    spent: Mutex<Vec<Frame>>,
-    most_in_flight: AtomicU64,
-    source_failed: AtomicBool,
-    pictures: Mutex<Vec<Picture>>,
-    finished: AtomicBool,
-    sink_dropped: AtomicBool,
-}
-
-impl Log {
-    fn written(&self) -> u64 {
-        self.pictures.lock().expect("the lock").len() as u64
-    }
-}
-
-struct StubSource {
-    log: Arc<Log>,
-    frames: u64,
-    mishap: Option<(u64, Mishap)>,
-    pace: Duration,
-}
-
-impl Source for StubSource {
-    fn recycle(&mut self, spent: Frame) {
-        self.log.spent.lock().expect("the lock").push(spent);
-    }
-
-    fn next(&mut self) -> Result<Option<Decoded>> {
-        std::thread::sleep(self.pace);
-        let index = self.log.decoded.load(SeqCst);
-        match self.mishap {
-            Some((at, mishap)) if at == index => {
-                self.log.source_failed.store(true, SeqCst);
-                return Err(happen(mishap));
-            }
-            _ if index == self.frames => return Ok(None),
-            _ => {}
-        }
-        let in_flight = self.log.decoded.fetch_add(1, SeqCst) + 1 - self.log.written();
-        self.log.most_in_flight.fetch_max(in_flight, SeqCst);
-        Ok(Some(frame(index)))
-    }
-}
-
-struct StubSink {
-    log: Arc<Log>,
-    mishap: Option<(u64, Mishap)>,
-    pace: Duration,
-    /// Whether the mishap waits for the source's.
-    fails_last: bool,
-}
-
-impl Sink for StubSink {
-    fn write(&mut self, picture: Picture, _: Option<Origin>) -> Result<Buffers> {
-        std::thread::sleep(self.pace);
-        match self.mishap {
-            Some((at, mishap)) if at == self.log.written() => {
-                let source_failed = || self.log.source_failed.load(SeqCst).then_some(());
-                if self.fails_last {
-                    until("the source fails", source_failed);
-                }
-                Err(happen(mishap))
-            }
-            _ => {
-                self.log.pictures.lock().expect("the lock").push(picture);
-                Ok(Buffers::default())
-            }
-        }
-    }
-
-    fn finish(self: Box<Self>) -> Result<()> {
-        self.log.finished.store(true, SeqCst);
-        Ok(())
-    }
-}
-
-impl Drop for StubSink {
-    fn drop(&mut self) {
-        self.log.sink_dropped.store(true, SeqCst);
-    }
-}
-
-/// One run with stubs.
-#[derive(Clone)]
-struct Trial {
-    frames: u64,
-    source: Option<(u64, Mishap)>,
-    sink: Option<(u64, Mishap)>,
-    source_pace: Duration,
-    sink_pace: Duration,
-    sink_fails_last: bool,
-    settings: Settings,
-    stop: Stop,
-}
-
-impl Default for Trial {
-    fn default() -> Self {
-        let options = Options { points: Points::Count(60), ..Options::default() };
-        Self {
-            frames: 12,
-            source: None,
-            sink: None,
-            source_pace: Duration::ZERO,
-            sink_pace: Duration::ZERO,
-            sink_fails_last: false,
-            settings: Settings { options, ..Settings::default() },
-            stop: Stop::default(),
-        }
-    }
-}
-
+use trial::{Log, Mishap, StubSink, Trial, Watcher, assert_written, finished, frame};
 #[test]
-fn painted_frames_go_back_to_the_source() {
+fn painted_frames_are_recycled_by_the_source() {
     let trial = Trial { frames: 4 * IN_FLIGHT as u64, ..Trial::default() };
     let (ended, log) = trial.run(&mut ());
     ended.expect("renders");
-    let spent = log.spent.lock().expect("the lock");
+    let recycled = log.recycled.lock().expect("the lock");
     assert!(
-        !spent.is_empty(),
-        "the source waits for room, so that frames are painted before its end"
+        !recycled.is_empty(),
+        "the source waits for a channel, so that frames are painted before its end"
     );
-    // In order, though some may have found no room.
+    // In order; some may have been dropped because the channel was full.
     let mut film = (0..trial.frames).map(|index| frame(index).frame);
-    assert!(spent.iter().all(|spent| film.any(|frame| frame == *spent)));
-}
-
-impl Trial {
-    fn run(&self, observer: &mut dyn Observer) -> (Result<Summary>, Arc<Log>) {
-        let log = Arc::new(Log::default());
-        (self.run_with(&log, observer), log)
-    }
-
-    fn run_with(&self, log: &Arc<Log>, observer: &mut dyn Observer) -> Result<Summary> {
-        let source = StubSource {
-            log: log.clone(),
-            frames: self.frames,
-            mishap: self.source,
-            pace: self.source_pace,
-        };
-        let sink = StubSink {
-            log: log.clone(),
-            mishap: self.sink,
-            pace: self.sink_pace,
-            fails_last: self.sink_fails_last,
-        };
-        let start = || Ok(Box::new(source) as Box<dyn Source>);
-        let ended = run(start, Box::new(sink), &self.settings, observer, &self.stop);
-        assert!(log.sink_dropped.load(SeqCst), "the sink outlived the run");
-        ended
-    }
-
-    /// Runs a trial that panics: the panic's message, and the log.
-    fn panic(&self, observer: &mut dyn Observer) -> (String, Arc<Log>) {
-        let log = Arc::new(Log::default());
-        let caught = catch_unwind(AssertUnwindSafe(|| self.run_with(&log, observer)));
-        let payload = caught.expect_err("the panic is resumed");
-        (payload.downcast_ref::<&str>().expect("a message").to_string(), log)
-    }
-}
-
-/// The pictures that the serial renderer makes of the first `frames` frames.
-fn oracle(options: &Options, frames: u64) -> Vec<Picture> {
-    let mut renderer = Renderer::new(options).expect("sound options");
-    (0..frames)
-        .map(|index| {
-            let Decoded { frame, span, .. } = frame(index);
-            let Rendered { picture, mesh, .. } = renderer.render(&frame).expect("renders");
-            Picture { frame: picture, fills: mesh.fills, span }
-        })
-        .collect()
-}
-
-/// Asserts that exactly the first `frames` frames were written, as the serial renderer makes them.
-fn assert_written(log: &Log, frames: u64) {
-    let written = log.pictures.lock().expect("the lock");
-    assert_eq!(written.len() as u64, frames);
-    assert!(*written == oracle(&Trial::default().settings.options, frames), "pictures differ");
-}
-
-fn finished(log: &Log) -> bool {
-    log.finished.load(SeqCst)
-}
-
-/// Collects reports, and asks to stop after some.
-#[derive(Default)]
-struct Watcher {
-    reports: Vec<FrameReport>,
-    stop_after: Option<usize>,
-}
-
-impl Observer for Watcher {
-    fn frame_done(&mut self, report: &FrameReport) -> ControlFlow<()> {
-        self.reports.push(report.clone());
-        match self.stop_after {
-            Some(n) if self.reports.len() >= n => ControlFlow::Break(()),
-            _ => ControlFlow::Continue(()),
-        }
-    }
+    assert!(recycled.iter().all(|recycled| film.any(|frame| frame == *recycled)));
 }
 
 #[test]
@@ -498,7 +272,7 @@ fn frames_in_flight_are_bounded_whoever_is_slow() {
 }
 
 #[test]
-fn live_frames_are_dropped_at_the_door_and_counted() {
+fn live_frames_are_dropped_at_admission_and_counted() {
     let mut trial = Trial {
         frames: 200,
         source_pace: Duration::from_millis(1),
