@@ -1,5 +1,5 @@
 //! Refinement of a 1 megapixel frame with 8,400 seeds: one step from nothing, one step of a video, and
-//! to convergence.
+//! to convergence; and what each [`Mode`] is for: its time, and the squared error that is left.
 
 mod disks;
 
@@ -10,7 +10,7 @@ use disks::disks;
 use polyreel::chance::{Purpose, rank};
 use polyreel::geom::{Point, Size};
 use polyreel::mesh::Mesh;
-use polyreel::refine::{RefineOptions, Refiner, refine};
+use polyreel::refine::{Mode, RefineOptions, Refiner, refine};
 use polyreel::triangulate::triangulate;
 
 const SIZE: Size = Size::new(1024, 1024);
@@ -65,5 +65,38 @@ fn bench(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, bench);
+/// The modes with as many steps, on a still and on the second frame of a stream.
+fn modes(c: &mut Criterion) {
+    let mut group = c.benchmark_group("modes");
+    group.sample_size(10);
+    let (frames, start) = ([disks(SIZE, 128, 0), disks(SIZE, 128, 1)], mesh());
+    let mut refiner = Refiner::default();
+    for mode in [Mode::Quick, Mode::Thorough, Mode::Stream] {
+        let still = RefineOptions { mode, steps: 10, ..RefineOptions::normal() };
+        let left = refine(&mut start.clone(), &frames[0], &still).error_after;
+        group.bench_function(format!("still, {mode:?}, squared error {left:.4e}"), |b| {
+            let run = |mut mesh| refiner.still(black_box(&mut mesh), &frames[0], &still, None);
+            b.iter_batched(|| start.clone(), run, BatchSize::LargeInput);
+        });
+        let next = RefineOptions { mode, ..RefineOptions::live() };
+        let second = |refiner: &mut Refiner| {
+            let mut mesh = start.clone();
+            refiner.still(&mut mesh, &frames[0], &RefineOptions::normal(), None);
+            refiner.frame(&mut mesh, &frames[1], &next, None).error_after
+        };
+        let left = second(&mut refiner);
+        let mut mesh = start.clone();
+        refiner.still(&mut mesh, &frames[0], &RefineOptions::normal(), None);
+        let mut turn = 0;
+        group.bench_function(format!("stream, {mode:?}, squared error {left:.4e}"), |b| {
+            b.iter(|| {
+                turn = 1 - turn;
+                refiner.frame(&mut mesh, &frames[turn], &next, None)
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, bench, modes);
 criterion_main!(benches);
