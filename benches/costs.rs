@@ -96,15 +96,16 @@ fn scaling(one: &rayon::ThreadPool) {
 
 fn scaled(one: &rayon::ThreadPool, film: &[Frame], points: Points) {
     let options = |steps| Options { points, ..with_steps(steps) };
-    let [calm, step] = [0, 1].map(options);
-    let (calm_one, step_one) = one.install(|| (time_frame(film, &calm), time_frame(film, &step)));
-    let (calm_all, step_all) = (time_frame(film, &calm), time_frame(film, &step));
+    let [unrefined, one_step] = [0, 1].map(options);
+    let (unrefined_one, step_one) =
+        one.install(|| (time_frame(film, &unrefined), time_frame(film, &one_step)));
+    let (unrefined_all, step_all) = (time_frame(film, &unrefined), time_frame(film, &one_step));
     let size = film[0].size();
     let pixels = size.pixels() as f64;
     let (megapixels, seeds) = (pixels / 1e6, points.target(size));
-    let each = calm_one * 1e6 / pixels;
+    let each = unrefined_one * 1e6 / pixels;
     println!(
-        "| {megapixels:.2} | {seeds} | {calm_one:.2} | {step_one:.2} | {calm_all:.2} | {step_all:.2} | {each:.2} |"
+        "| {megapixels:.2} | {seeds} | {unrefined_one:.2} | {step_one:.2} | {unrefined_all:.2} | {step_all:.2} | {each:.2} |"
     );
 }
 

@@ -1,6 +1,4 @@
-//! Frames a second, serial and threaded, and the time of each stage; then from MP4 to MP4, beside
-//! ffmpeg's own transcode of the same clip: `cargo bench -p polyreel-bench --bench pipeline`, which makes its clips itself,
-//! or `cargo bench -p polyreel-bench --bench pipeline -- clip.mp4 ...`.
+//! Frames a second, serial and threaded, and the time of each stage; then from MP4 to MP4, compared with
 
 mod film;
 mod transcode;

@@ -9,7 +9,7 @@ use polyreel::geom::Size;
 /// Levels from the least to the most that grain adds, in pictures that are rendered as they are.
 pub(crate) const GRAIN: f64 = 10.0;
 
-/// Frame `number` of the film, with so many levels of `grain`.
+/// Frame `number` of the video, with this amplitude of `grain`.
 pub(crate) fn paint(size: Size, number: u64, grain: f64) -> Frame {
     let t = number as f64 * 0.08;
     let (width, height) = (f64::from(size.width), f64::from(size.height));
@@ -33,7 +33,7 @@ pub(crate) fn paint(size: Size, number: u64, grain: f64) -> Frame {
     Frame::new(size, pixels.collect()).expect("a frame of this size")
 }
 
-/// How video of `size`, which has even sides, is told.
+/// The form of video of `size`, which has even sides.
 pub(crate) fn form(size: Size) -> Form {
     let (sampling, siting) = (Sampling::Yuv420, Siting::Left);
     let coding = Coding { matrix: Matrix::Bt709, range: Range::Limited };

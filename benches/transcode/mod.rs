@@ -1,4 +1,4 @@
-//! MP4 to MP4 through the library's own source and sink, beside ffmpeg's plain transcode.
+//! MP4 to MP4 through the library's own source and sink, compared with ffmpeg's plain transcode.
 
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -1,4 +1,4 @@
-//! Times and rates as people write them, read exactly.
+//! Parses times, rates and sizes of the command line exactly.
 
 use std::num::NonZeroUsize;
 
@@ -33,7 +33,7 @@ pub(crate) fn threads(text: &str) -> Result<NonZeroUsize, String> {
     number.ok_or_else(|| format!("'{text}' is not a number of threads: 1 to {MOST_THREADS}"))
 }
 
-/// A moment: seconds (`90`, `1.5`, `1.5s`), milliseconds (`500ms`), or `[hours:]minutes:seconds`.
+/// A time: seconds (`90`, `1.5`, `1.5s`), milliseconds (`500ms`), or `[hours:]minutes:seconds`.
 pub(crate) fn time(text: &str) -> Result<Rational, String> {
     let wrong = || format!("'{text}' is not a time: write 1.5, 500ms, 1:30 or 0:01:30.5");
     if let Some(millis) = text.strip_suffix("ms") {
@@ -48,7 +48,7 @@ pub(crate) fn time(text: &str) -> Result<Rational, String> {
     parts.iter().enumerate().try_fold(Rational::ZERO, |sum, (i, part)| {
         let value = decimal(part).ok_or_else(wrong)?;
         let last = i + 1 == parts.len();
-        // 1.5:30 and 1:90 are slips rather than times.
+        // 1.5:30 and 1:90 are mistakes.
         if (!last && value.den != 1) || (i > 0 && value >= sixty) {
             return Err(wrong());
         }
@@ -92,7 +92,7 @@ pub(crate) fn rate(text: &str) -> Result<Rational, String> {
     Ok(rate)
 }
 
-/// The NTSC rate (n x 1000/1001) that a rounded decimal stands for.
+/// The NTSC rate (n x 1000/1001) that a rounded decimal means.
 fn ntsc(text: &str) -> Option<Rational> {
     let nominal = match text {
         "23.976" | "23.98" => 24,

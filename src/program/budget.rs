@@ -1,4 +1,4 @@
-//! `--budget`: the time that a frame may take.
+//! `--budget`: the time for a frame.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use polyreel::stream::StreamInfo;
 
 use crate::program::amount;
 
-/// The time that a frame may take, as it was asked for.
+/// The requested time for a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Budget {
     /// This many seconds.
@@ -31,10 +31,10 @@ pub(crate) fn budget(text: &str) -> Result<Budget, String> {
 }
 
 impl Budget {
-    /// The time for a frame of the input that `info` tells of.
+    /// The time for a frame of the input `info`.
     ///
     /// # Errors
-    /// When nobody knows how long its frames are shown.
+    /// When the duration of its frames is unknown.
     pub(crate) fn time(self, info: &StreamInfo) -> Result<Duration> {
         let seconds = match self {
             Budget::Time(time) => Some(time.to_f64()),
@@ -50,7 +50,7 @@ impl Budget {
     }
 }
 
-/// Seconds that a frame is shown: by the rate, or in the mean.
+/// Seconds for which a frame is shown: by the rate, or on average.
 fn frame_time(info: &StreamInfo) -> Option<f64> {
     if info.still {
         return None;

@@ -1,4 +1,4 @@
-//! How the error fell from step to step of refinement: as figures and as a plot.
+//! The error after each step of refinement, as figures and as a plot.
 
 use std::fmt::Write as _;
 
@@ -14,9 +14,9 @@ pub(crate) struct Convergence {
 }
 
 impl Convergence {
-    /// From the squared errors `seen` before every step, and what was done.
+    /// From the squared errors `seen` before every step, and the result.
     pub(crate) fn new(frame: &Frame, mut seen: Vec<f64>, refined: &Refined) -> Self {
-        // One that was stopped has been looked at once more than it did steps.
+        // If it was stopped, the error was seen once more than there were steps.
         seen.truncate(refined.steps as usize);
         seen.push(refined.error_after);
         // Red, green, blue; in frames that are not opaque alpha is a channel as well.
@@ -25,7 +25,7 @@ impl Convergence {
         Self { errors: seen.iter().map(|error| error / values).collect() }
     }
 
-    /// One line a step; a PSNR that is infinite is left out.
+    /// One line for each step; an infinite PSNR is left out.
     pub(crate) fn csv(&self) -> String {
         let mut text = String::from("step,mse,psnr_db\n");
         for (step, &mse) in self.errors.iter().enumerate() {

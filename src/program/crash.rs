@@ -1,4 +1,4 @@
-//! Panics: a message in place of a trace, and exit code 1.
+//! Reports panics as messages without a trace, with exit code 1.
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
@@ -6,17 +6,18 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use polyreel::error::{Error, Result};
 
-/// What the panics of this process said. One that somebody catches and reports on is not shown.
+/// The messages of panics. A panic that is caught and reported elsewhere is not shown. The panic hook belongs to the
+/// process, and so does this list.
 static PANICS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
-/// Panics that are kept. When one thread panics others may follow.
+/// The most panics that are kept. A panic of one thread may cause others.
 const MOST_KEPT: usize = 4;
 
-/// The result of `job`. A panic in it, or in a stage that it waits for, is an error; by then all that the
-/// job held has been dropped, unfinished outputs with it.
+/// The result of `job`. A panic in it, or in a stage that it waits for, becomes an error; by then all data of the job
+/// has been dropped, unfinished outputs too.
 pub(crate) fn catch<T>(job: impl FnOnce() -> Result<T>) -> Result<T> {
     panic::set_hook(Box::new(note));
-    // Nothing that the job changed is looked at after a panic.
+    // The data of the job is not used after a panic.
     panic::catch_unwind(AssertUnwindSafe(job)).unwrap_or_else(|_| {
         let what = panics().join("; ");
         Err(Error::failed(format!(
@@ -33,7 +34,7 @@ fn note(panic: &PanicHookInfo<'_>) {
         .or_else(|| payload.downcast_ref::<String>().cloned())
         .unwrap_or_default();
     let place = panic.location().map_or_else(String::new, |at| format!(" at {at}"));
-    // Only where RUST_BACKTRACE asks for it.
+    // Only if RUST_BACKTRACE is set.
     let trace = Backtrace::capture();
     if trace.status() == BacktraceStatus::Captured {
         crate::program::terminal::say_lines(&format!(

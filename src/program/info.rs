@@ -1,4 +1,4 @@
-//! `polyreel info`: what is known of an input before it is read.
+//! `polyreel info`: the properties of an input.
 
 use std::fmt::Write as _;
 
@@ -12,7 +12,7 @@ use crate::program::cli::InfoArgs;
 use crate::program::interrupt::Interrupt;
 use crate::program::{Outcome, print, terminal};
 
-/// Prints what the input's headers tell.
+/// Prints the properties in the input's headers.
 pub(crate) fn info(args: &InfoArgs) -> Result<Outcome> {
     // Programs that read for us must not outlive us.
     let interrupt = Interrupt::listen(&Stop::default());
@@ -51,7 +51,7 @@ fn table(info: &StreamInfo) -> String {
     })
 }
 
-/// What stands in place of a rate or duration that is not told.
+/// Printed for an unknown rate or duration.
 fn rateless(info: &StreamInfo) -> String {
     if info.still { "none" } else { "unknown" }.to_owned()
 }
@@ -62,11 +62,11 @@ fn rate(rate: Rational) -> String {
 
 fn tags(colour: &Colorimetry) -> String {
     let Colorimetry { matrix, range, primaries, transfer } = colour;
-    let told =
+    let fields =
         [("matrix", matrix), ("range", range), ("primaries", primaries), ("curve", transfer)];
-    let told: Vec<String> =
-        told.iter().filter_map(|(name, tag)| Some(format!("{name} {}", tag.as_ref()?))).collect();
-    if told.is_empty() { "untold".to_owned() } else { told.join(", ") }
+    let known: Vec<String> =
+        fields.iter().filter_map(|(name, tag)| Some(format!("{name} {}", tag.as_ref()?))).collect();
+    if known.is_empty() { "unknown".to_owned() } else { known.join(", ") }
 }
 
 fn plays(loops: Loops) -> String {

@@ -1,4 +1,4 @@
-//! `polyreel inspect`: what each stage sees, as pictures of the frame's size (the paper's Figure 2).
+//! `polyreel inspect`: the results of each stage, as pictures of the frame's size (the paper's Figure 2).
 
 use std::path::Path;
 
@@ -35,7 +35,7 @@ const INK: Rgba = [24, 24, 32, 255];
 const GRID: Rgba = [120, 150, 215, 255];
 const SEED: Rgba = [210, 30, 40, 255];
 
-/// Writes one PNG a stage, the maps exactly, and how refinement converged.
+/// Writes one PNG for each stage, the exact maps, and the convergence of refinement.
 pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
     // Programs that read for us must not outlive us.
     let interrupt = Interrupt::listen(&Stop::default());
@@ -49,7 +49,7 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
     };
     let input = source::open(std::slice::from_ref(&args.image), &wanted)?;
     if input.info().still {
-        // Nothing comes after it: --refine STEPS means just so many.
+        // No frame follows: --refine STEPS is exactly this number.
         options.coherence = 0.0;
     }
     let info = StreamInfo { still: true, frames: Some(1), ..input.info().clone() };
@@ -105,10 +105,10 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// From feature points to the mesh.
+/// The results from feature points to the mesh.
 struct Course {
     grid: HexGrid,
-    /// The mesh that the seeds make.
+    /// The mesh of the seeds.
     before: Mesh,
     /// The same refined.
     after: Mesh,
@@ -132,14 +132,14 @@ fn course(options: &Options, features: &Features, frame: &Frame) -> Result<Cours
     }
     let points = Points::Count(u32::try_from(before.seeds().len()).unwrap_or(u32::MAX));
     let grid = match options.points {
-        // The number that was found.
+        // The number that was found for auto.
         Points::Auto => Sampler::new(&Options { points, ..options.clone() }).grid(frame.size()),
         _ => Sampler::new(options).grid(frame.size()),
     };
     Ok(Course { grid, before, after, convergence: Convergence::new(frame, errors, &refined) })
 }
 
-/// A map with the value that is shown white.
+/// A map, and the value that is shown as white.
 struct Map {
     exact: Plane<f32>,
     white: f32,
@@ -148,7 +148,7 @@ struct Map {
 impl Map {
     fn shown(&self) -> Plane<u8> {
         let scale = 255.0 / self.white;
-        // A byte's plane is shown as it is, without rounding by the scale.
+        // A plane of bytes is shown without scaling.
         if self.white == 255.0 {
             self.exact.to_bytes()
         } else {
@@ -157,7 +157,7 @@ impl Map {
     }
 }
 
-/// The maps that methods find feature points with, whichever is chosen.
+/// The maps of all methods, whichever is chosen.
 fn maps_of(frame: &Frame, options: &Options) -> [(&'static str, Map); 4] {
     let luma = maps::visible_luma(frame);
     let diffused = maps::diffused(&luma, options);
@@ -165,7 +165,7 @@ fn maps_of(frame: &Frame, options: &Options) -> [(&'static str, Map); 4] {
     let edges = maps::edges(&luma).to_plane();
     [
         ("saliency", Map { exact: saliency(&luma), white: 1.0 }),
-        // Eight bits are the most that 256 levels carry.
+        // 256 levels have at most eight bits.
         ("entropy", Map { exact: entropy, white: 8.0 }),
         ("diffused", Map { exact: diffused, white: 255.0 }),
         ("edges", Map { exact: edges, white: 1.0 }),

@@ -1,4 +1,4 @@
-//! The options that decide how the result looks.
+//! The options of the look.
 
 use std::fmt::Display;
 use std::fs::File;
@@ -16,27 +16,27 @@ use polyreel::options::{
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Look")]
 pub(crate) struct LookArgs {
-    /// Begin with the settings of a preset (see 'polyreel presets') or of a preset file; options beside
-    /// it win [default: none]
+    /// Begin with the settings of a preset (see 'polyreel presets') or of a preset file; options given
+    /// with it win [default: none]
     #[arg(long, value_name = "NAME|FILE.toml")]
     preset: Option<String>,
     /// How feature points and seeds are found
-    #[arg(long, value_name = "NAME", value_parser = methods(), help = told(
+    #[arg(long, value_name = "NAME", value_parser = methods(), help = with_default(
         "How feature points and seeds are found", Options::default().method.name()))]
     pub(crate) method: Option<Method>,
-    #[arg(long, value_name = "N|N%|auto", help = told(
+    #[arg(long, value_name = "N|N%|auto", help = with_default(
         "Seeds of a frame: a count (2000), a share of its pixels (1.5%), or auto: the fewest, to 2 %, \
          that reach --error on the first frame; they stay for the frames after it",
         Options::default().points))]
     points: Option<Points>,
-    #[arg(long, value_name = "S", help = told(
+    #[arg(long, value_name = "S", help = with_default(
         "Decides all chance: the same seed gives the same bytes", Options::default().seed))]
     seed: Option<u64>,
-    #[arg(long, value_name = "C", help = told(
+    #[arg(long, value_name = "C", help = with_default(
         "How firmly a frame holds to the one before, 0 (each frame alone) to 1 (least flicker)",
         Options::default().coherence))]
     coherence: Option<f64>,
-    #[arg(long, value_name = "NAME", value_parser = one_of(Quality::ALL, Quality::name), help = told(
+    #[arg(long, value_name = "NAME", value_parser = one_of(Quality::ALL, Quality::name), help = with_default(
         "How much work goes into refinement: none, most of the gain, all of it",
         Options::default().quality.name()))]
     quality: Option<Quality>,
@@ -49,11 +49,11 @@ pub(crate) struct LookArgs {
     /// that is out of reach, a warning is given [default: none]
     #[arg(long, value_name = "E", conflicts_with = "refine")]
     error: Option<Target>,
-    #[arg(long, value_name = "R", help = told(
+    #[arg(long, value_name = "R", help = with_default(
         "How much well-shaped triangles count against the error, 0 (not at all) to 1 (only they do)",
         Options::default().regularity))]
     regularity: Option<f64>,
-    #[arg(long, value_name = "NAME", value_parser = one_of(Edges::ALL, Edges::name), help = told(
+    #[arg(long, value_name = "NAME", value_parser = one_of(Edges::ALL, Edges::name), help = with_default(
         "How triangles meet: smooth, a step spread over two pixels, or hard; GIFs always have hard edges",
         Options::default().edges.name()))]
     edges: Option<Edges>,
@@ -61,31 +61,31 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true)]
     #[arg(default_missing_value = "black")]
     outline: Option<Colour>,
-    #[arg(long, value_name = "PX", help = told(
+    #[arg(long, value_name = "PX", help = with_default(
         "Width of the outline in pixels, 1 to 32", Options::default().outline_width))]
     outline_width: Option<u32>,
-    #[arg(long, value_name = "N", help = told(
+    #[arg(long, value_name = "N", help = with_default(
         "Draw the outline only where colours differ by more than N of 255; 0 draws all of it",
         Options::default().outline_contrast))]
     outline_contrast: Option<u32>,
-    #[arg(long, value_name = "S", help = told(
+    #[arg(long, value_name = "S", help = with_default(
         "How strong colours are, 0 (grey) to 4", Options::default().saturation))]
     saturation: Option<f64>,
-    #[arg(long, value_name = "W", help = told(
+    #[arg(long, value_name = "W", help = with_default(
         "How far colours are washed out, 0 (not at all) to 1 (white)", Options::default().wash))]
     wash: Option<f64>,
-    #[arg(long, value_name = "N", help = told(
+    #[arg(long, value_name = "N", help = with_default(
         "How often a frame is smoothed before its colours are clustered, 0 to 8 (in the paper 0)",
         Options::default().smoothing))]
     smoothing: Option<u32>,
-    #[arg(long, value_name = "K", help_heading = PAPER, help = told(
+    #[arg(long, value_name = "K", help_heading = PAPER, help = with_default(
         "Colour clusters of the regions, 2 to 64", Options::default().clusters))]
     clusters: Option<u32>,
-    #[arg(long, value_name = "N", help_heading = PAPER, help = told(
+    #[arg(long, value_name = "N", help_heading = PAPER, help = with_default(
         "Every how many pixels of a region's boundary one is a feature point, 1 to 64",
         Options::default().interval))]
     interval: Option<u32>,
-    #[arg(long, value_name = "SHARE", help_heading = PAPER, help = told(
+    #[arg(long, value_name = "SHARE", help_heading = PAPER, help = with_default(
         "Share of the pixels inside regions that are feature points, 0 to 1",
         Options::default().interior))]
     interior: Option<f64>,
@@ -93,44 +93,44 @@ pub(crate) struct LookArgs {
     /// --points]
     #[arg(long, value_name = "SHARE", conflicts_with = "points", help_heading = PAPER)]
     hex_density: Option<f64>,
-    #[arg(long, value_name = "N", help_heading = PAPER, help = told(
+    #[arg(long, value_name = "N", help_heading = PAPER, help = with_default(
         "Points that the densest cells keep, 1 to 64", Options::default().max_points))]
     max_points: Option<u32>,
-    #[arg(long, value_name = "N", help_heading = PAPER, help = told(
+    #[arg(long, value_name = "N", help_heading = PAPER, help = with_default(
         "Points that the sparsest cells keep, 0 to --max-points", Options::default().default_points))]
     default_points: Option<u32>,
-    #[arg(long, value_name = "H,M,L", help_heading = PAPER, help = told(
+    #[arg(long, value_name = "H,M,L", help_heading = PAPER, help = with_default(
         "Feature points per pixel above which a cell counts as of high, medium, low density",
         thresholds()))]
     thresholds: Option<Thresholds>,
     #[arg(long, value_name = "NAME", help_heading = SCORES, value_parser = one_of(FrontEnd::ALL, FrontEnd::name))]
     /// Where feature points come from, for any method [default: the method's own]
     features: Option<FrontEnd>,
-    #[arg(long, value_name = "SHARE", help_heading = SCORES, help = told(
+    #[arg(long, value_name = "SHARE", help_heading = SCORES, help = with_default(
         "Share of the pixels that a map (entropy, saliency, sobel, laplacian) or slic makes feature \
          points, up to 1",
         Options::default().candidates))]
     candidates: Option<f64>,
-    #[arg(long, value_name = "N", help_heading = SCORES, help = told(
+    #[arg(long, value_name = "N", help_heading = SCORES, help = with_default(
         "Points that every cell gets before the rest is shared out by value (help, hslp), 0 to 64",
         Options::default().min_points))]
     min_points: Option<u32>,
-    #[arg(long, value_name = "H,M", help_heading = SCORES, help = told(
+    #[arg(long, value_name = "H,M", help_heading = SCORES, help = with_default(
         "Percentiles of the cells' mean value that tell high, medium and low cells (help, hslp)",
         percentiles()))]
     percentiles: Option<CellPercentiles>,
-    #[arg(long, value_name = "PX", help_heading = SCORES, help = told(
+    #[arg(long, value_name = "PX", help_heading = SCORES, help = with_default(
         "Radius of the disk of the entropy, 1 to 32", Options::default().entropy_radius))]
     entropy_radius: Option<u32>,
-    #[arg(long, value_name = "N", help_heading = SCORES, help = told(
+    #[arg(long, value_name = "N", help_heading = SCORES, help = with_default(
         "Steps of the anisotropic diffusion before the entropy, 0 to 1000",
         Options::default().diffusion_iterations))]
     diffusion_iterations: Option<u32>,
-    #[arg(long, value_name = "K", help_heading = SCORES, help = told(
+    #[arg(long, value_name = "K", help_heading = SCORES, help = with_default(
         "Differences of luma above which the diffusion takes them for edges, up to 1000",
         Options::default().diffusion_kappa))]
     diffusion_kappa: Option<f64>,
-    #[arg(long, value_name = "G", help_heading = SCORES, help = told(
+    #[arg(long, value_name = "G", help_heading = SCORES, help = with_default(
         "Length of a step of the diffusion, up to 0.25", Options::default().diffusion_gamma))]
     diffusion_gamma: Option<f64>,
 }
@@ -139,10 +139,10 @@ const PAPER: &str = "The paper's parameters";
 const SCORES: &str = "Feature maps, and the methods that score every pixel";
 
 impl LookArgs {
-    /// What is given of painting, in place of what `look` says.
+    /// The options of painting: those given, else those of `look`.
     ///
     /// # Errors
-    /// When something is asked for that only a new mesh could show.
+    /// When an option is given that needs a new mesh.
     pub(crate) fn repaint(&self, look: &Options) -> Result<Options> {
         if self.asks_for_a_mesh() {
             return Err(Error::usage(
@@ -186,7 +186,7 @@ impl LookArgs {
         given.contains(&true)
     }
 
-    /// The preset's options (the defaults without one) with what was given on the command line.
+    /// The preset's options (by default `Options::default()`), changed by the given ones.
     pub(crate) fn options(&self) -> Result<Options> {
         fn put<T: Clone>(field: &mut T, given: &Option<T>) {
             if let Some(value) = given {
@@ -230,7 +230,7 @@ impl LookArgs {
         options.outline = self.outline.or(options.outline);
         options.hex_density = self.hex_density.or(options.hex_density);
         if self.points.is_some() {
-            // A number of points asked for here is meant, whatever grid the preset has.
+            // A given number of points replaces the grid of the preset.
             options.hex_density = None;
         }
         options.validate()?;
@@ -253,10 +253,11 @@ fn preset(name: &str) -> Result<Options> {
     polyreel::preset::from_toml(&text).map_err(|error| wrong(error.to_string()))
 }
 
-/// What is read of a preset file: many times as much as all options take.
+/// The most bytes of a preset file: many times the size of all options.
 const MOST_BYTES: u64 = 1 << 16;
 
-fn told(text: &str, default: impl Display) -> String {
+/// A help text with the default at its end.
+fn with_default(text: &str, default: impl Display) -> String {
     format!("{text} [default: {default}]")
 }
 

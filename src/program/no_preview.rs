@@ -1,4 +1,4 @@
-//! What stands in for the window in a build without one.
+//! Replaces the window in a build without one.
 
 use std::ffi::OsString;
 
@@ -20,10 +20,10 @@ pub(crate) fn preview(_: &PreviewArgs) -> Result<Outcome> {
     Err(no_window())
 }
 
-/// The window beside a render, which cannot be had.
-pub(crate) enum Beside {}
+/// The window of a render, which does not exist.
+pub(crate) enum RenderWindow {}
 
-impl Beside {
+impl RenderWindow {
     /// Tells that there is no window.
     pub(crate) fn open(_: &[OsString], _: &StreamInfo, _: Controls) -> Result<Self> {
         Err(no_window())

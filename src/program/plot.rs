@@ -13,15 +13,15 @@ const BOTTOM: f64 = 34.0;
 pub(crate) const COLOURS: [&str; 6] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 
-/// A place on the level axis.
+/// A tick of the horizontal axis.
 pub(crate) struct Place {
-    /// What the axis has below it.
+    /// The label below the axis.
     pub(crate) label: String,
-    /// What the values there belong to.
+    /// The meaning of the values at the tick.
     pub(crate) name: String,
 }
 
-/// A line: its name and look, and its value at each place, where it has one.
+/// A line: its name and look, and its value at each tick, if any.
 pub(crate) struct Line {
     pub(crate) name: String,
     pub(crate) colour: &'static str,
@@ -29,7 +29,7 @@ pub(crate) struct Line {
     pub(crate) values: Vec<Option<f64>>,
 }
 
-/// The plot of `lines` over `places`, to stand in a page that says how it looks. Empty without values.
+/// The plot of `lines` over `places`, for a page with its own styles. Empty without values.
 pub(crate) fn svg(title: &str, places: &[Place], lines: &[Line]) -> String {
     match drawn(places, lines) {
         drawn if drawn.is_empty() => drawn,
@@ -41,7 +41,7 @@ pub(crate) fn svg(title: &str, places: &[Place], lines: &[Line]) -> String {
     }
 }
 
-/// The same as a file of its own, below its title.
+/// The plot as an SVG file, below its title.
 pub(crate) fn file(title: &str, places: &[Place], lines: &[Line]) -> String {
     const HEAD: f64 = 34.0;
     let whole = HEIGHT + HEAD;

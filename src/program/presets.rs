@@ -1,4 +1,4 @@
-//! `polyreel presets`: what there is, or one of them as a file.
+//! `polyreel presets`: lists presets, or prints one as a file.
 
 use std::fmt::Write;
 

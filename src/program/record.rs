@@ -8,13 +8,13 @@ use polyreel::pipeline::Report;
 use polyreel::sink::place::Place;
 use polyreel::sink::{SinkOptions, Unfinished};
 
-/// A report that is about to be written. Dropped before, it leaves nothing behind.
+/// A report that will be written. Dropped before, it leaves no file behind.
 #[derive(Debug)]
 pub(crate) struct Record(Place);
 
 impl Record {
-    /// Makes sure, before any work is done, that a report can be written to `path` and is none of the
-    /// files in `taken`.
+    /// Checks, before any work is done, that a report can be written to `path` and is not one of the files in
+    /// `taken`.
     pub(crate) fn create(path: &Path, taken: &[PathBuf], unfinished: Unfinished) -> Result<Self> {
         if taken.iter().any(|other| same_file(path, other)) {
             return Err(Error::usage(format!(
@@ -26,19 +26,19 @@ impl Record {
         Place::reserve(path, &options).map(Self)
     }
 
-    /// Writes `report` and puts it in its place.
+    /// Writes `report` and gives it its final name.
     pub(crate) fn write(self, report: &Report) -> Result<()> {
         let mut out = BufWriter::new(self.0.file());
         let written = serde_json::to_writer(&mut out, report).map_err(std::io::Error::from);
         let written = written.and_then(|()| out.write_all(b"\n")).and_then(|()| out.flush());
-        // What is left in it after an error is not wanted.
+        // Buffered data is dropped after an error.
         drop(out.into_parts());
         written.map_err(|error| self.0.failed(&error))?;
         self.0.commit()
     }
 }
 
-/// Writes `bytes` to a new file that is put at `path` when it is complete.
+/// Writes `bytes` to the file `path`, which appears when it is complete.
 pub(crate) fn put(path: &Path, bytes: &[u8], overwrite: bool) -> Result<()> {
     let place = Place::reserve(path, &SinkOptions { overwrite, ..SinkOptions::default() })?;
     place.file().write_all(bytes).map_err(|error| place.failed(&error))?;

@@ -28,7 +28,7 @@ use crate::program::Outcome;
 use crate::program::cli::{RenderArgs, RunArgs};
 use crate::program::embed::Watcher;
 use crate::program::interrupt::Interrupt;
-use crate::program::preview::Beside;
+use crate::program::preview::RenderWindow;
 use crate::program::progress::Progress;
 use crate::program::record::Record;
 use crate::program::repaint::repaint;
@@ -72,7 +72,7 @@ pub(crate) fn render_for(
     let record = record_of(args, input.paths(), output, interrupt)?;
     let controls = Controls::new(options.clone())?;
     let window =
-        args.run.preview.then(|| Beside::open(&args.input.inputs, &info, controls.clone()));
+        args.run.preview.then(|| RenderWindow::open(&args.input.inputs, &info, controls.clone()));
     let window = window.transpose()?;
     let sink_options = sink_options(args, &options, &input, interrupt)?;
     let sink = create_sink(args, output, &info, &options, &sink_options)?;

@@ -1,31 +1,31 @@
-//! What is said on standard error.
+//! Messages on standard error.
 //!
-//! Text that comes from elsewhere (file names, headers, keys) never reaches the terminal raw. A standard
-//! error that is full or closed is no reason to fail: what cannot be said is dropped.
+//! Text from elsewhere (file names, headers, keys) is escaped before it reaches the terminal. A standard error that
+//! is full or closed is not a failure: messages are dropped then.
 
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::Write;
 
-/// Says `message` in a line of its own, after the program's name.
+/// Prints `message` on a line, after the program's name.
 pub(crate) fn say(message: impl Display) {
     // One write, so that lines of several threads do not mix.
     let line = format!("polyreel: {}\n", escape(&message.to_string()));
     let _ = std::io::stderr().write_all(line.as_bytes());
 }
 
-/// Says something that the user should know about a run that goes on.
+/// Prints a warning; the run goes on.
 pub(crate) fn warn(message: impl Display) {
     say(format_args!("warning: {message}"));
 }
 
-/// Says several lines, which are the program's own.
+/// Prints several lines of the program's own.
 pub(crate) fn say_lines(lines: &str) {
     let _ = std::io::stderr().write_all(lines.as_bytes());
 }
 
-/// `text` with everything that a terminal acts on written as an escape: control characters, line breaks
-/// among them, and those that change the direction of text.
+/// `text` with characters escaped that a terminal interprets: control characters, line breaks among them, and those
+/// that change the direction of text.
 pub(crate) fn escape(text: &str) -> Cow<'_, str> {
     if !text.contains(is_active) {
         return text.into();
@@ -55,7 +55,7 @@ pub(crate) fn escape_json(text: &str) -> String {
     escaped
 }
 
-/// Whether a terminal acts on `c` in place of showing it.
+/// Whether a terminal interprets `c` instead of showing it.
 fn is_active(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')

@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn rgb_is_tagged_and_untold_stays_untold() {
+    fn rgb_is_tagged_and_missing_tags_stay_missing() {
         assert_eq!(tag_arguments(&tags(None)).len(), 8);
         assert!(tag_arguments(&tags(Some(&Colorimetry::default()))).is_empty());
         let coding = Coding::of(&tags(None), Size::new(10, 10));

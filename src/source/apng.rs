@@ -140,7 +140,7 @@ impl Apng {
     pub(super) fn open(path: &Path, size: Size, frames: u64) -> Result<Self> {
         let png = decoder::open(path, frames)?;
         if decoder::size(&png) != size {
-            return Err(Error::input(path, "has changed since it was looked at; start again"));
+            return Err(Error::input(path, "has changed since its header was read; start again"));
         }
         let gray = !decoder::is_colour(&png);
         let to_srgb = decoder::colour_space(&png).and_then(|space| ToSrgb::new(&space, gray));

@@ -132,7 +132,7 @@ impl WebP {
         let read = fill(&mut file, &mut start);
         let canvas = Size::new(le24(&start, 24) + 1, le24(&start, 27) + 1);
         if !read.is_ok_and(|whole| whole && canvas == size) {
-            return Err(Error::input(path, "has changed since it was looked at; start again"));
+            return Err(Error::input(path, "has changed since its header was read; start again"));
         }
         let (at, end, canvas) = (START, file_end(&start), Canvas::new(size));
         Ok(Self { file, at, end, canvas, size, limit, to_srgb: None })

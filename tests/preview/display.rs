@@ -40,7 +40,7 @@ impl Shot {
 }
 
 impl Display {
-    /// The display of the environment; `None`, with a message, if there is none that is large enough.
+    /// The display of the environment; `None`, with a message, if there is no display that is large enough.
     pub(crate) fn open() -> Option<Self> {
         match Self::connect() {
             Ok(display) => Some(display),

@@ -64,7 +64,7 @@ fn flat_colours_come_back_within_two_whatever_the_tags() {
 }
 
 #[test]
-fn untold_colour_stays_untold_and_looks_the_same() {
+fn untagged_colour_stays_untagged_and_looks_the_same() {
     if !require() {
         return;
     }

@@ -1,4 +1,4 @@
-//! Sound beside the picture.
+//! Sound with the picture.
 
 use polyreel::ffmpeg::Ffmpeg;
 use polyreel::frame::Rational;

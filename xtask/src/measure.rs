@@ -52,7 +52,7 @@ struct Figures {
     ms: f64,
     mse: f64,
     ssim: f64,
-    /// Flicker; of a still there is none.
+    /// Flicker; `None` for a still.
     fdb: Option<f64>,
 }
 

@@ -79,7 +79,7 @@ pub unsafe extern "C" fn f0r_get_plugin_info(info: *mut PluginInfo) {
     if info.is_null() {
         return;
     }
-    let told = PluginInfo {
+    let plugin = PluginInfo {
         name: c"polyreel".as_ptr(),
         author: c"the polyreel developers".as_ptr(),
         plugin_type: abi::FILTER,
@@ -91,7 +91,7 @@ pub unsafe extern "C" fn f0r_get_plugin_info(info: *mut PluginInfo) {
         explanation: c"Low-poly art, coherent from frame to frame".as_ptr(),
     };
     // SAFETY: the caller gives memory for it.
-    unsafe { info.write(told) };
+    unsafe { info.write(plugin) };
 }
 
 /// Tells what parameter `index` is.

@@ -17,7 +17,7 @@ use crate::stream::Stream;
 const PATIENCE: Duration = Duration::from_millis(250);
 
 /// The longest that one of a stream's first two frames waits: how far apart frames are is not known then.
-const SETTLE: Duration = Duration::from_millis(100);
+const SETTLE_TIME: Duration = Duration::from_millis(100);
 
 /// A stream, and the threads whose instances feed it.
 #[derive(Debug)]
@@ -54,7 +54,7 @@ impl State {
                 }
                 PATIENCE
             }
-            _ => SETTLE,
+            _ => SETTLE_TIME,
         };
         patience.checked_sub(since).filter(|left| !left.is_zero())
     }

@@ -95,7 +95,7 @@ impl Stream {
         self.last = Some(time);
     }
 
-    /// The renderer, made at the first frame and told of changed options.
+    /// The renderer, made at the first frame and retuned when options change.
     fn renderer(&mut self, options: &Options) -> Result<&mut Renderer> {
         match &mut self.renderer {
             Some((renderer, old)) if old != options => {

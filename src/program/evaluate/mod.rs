@@ -181,7 +181,7 @@ fn outputs(args: &EvaluateArgs) -> impl Iterator<Item = &PathBuf> {
     [&args.json, &args.csv, &args.markdown, &args.html].into_iter().flatten()
 }
 
-/// Refuses, before any work is done, outputs that would replace something or one another.
+/// Checks, before any work is done, that outputs replace neither a file nor one another.
 fn check_outputs(args: &EvaluateArgs, files: &[PathBuf]) -> Result<()> {
     let all: Vec<_> = outputs(args).collect();
     let same = |a: &Path, b: &Path| {
@@ -238,6 +238,6 @@ fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     if is_stdout(path) {
         return print(bytes).map(|_| ());
     }
-    // What may not be replaced was refused before the work began.
+    // Files that may not be replaced were refused before the work began.
     record::put(path, bytes, true)
 }

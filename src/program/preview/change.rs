@@ -1,4 +1,4 @@
-//! What a key makes of the options.
+//! Changes the options by keys.
 
 use polyreel::geom::Size;
 use polyreel::options::{Colour, Edges, Method, Options, Points};
@@ -6,17 +6,17 @@ use polyreel::refine::RefineOptions;
 
 use super::keys::{Look, Way};
 
-/// Number of points grows or shrinks by this much: two presses are about half as many again.
+/// The factor of a change of the number of points: two presses are about half as many again.
 const POINTS: f64 = 1.25;
 
 /// A step of coherence.
 const COHERENCE: f64 = 0.1;
 
-/// Steps of refinement a frame that one may choose from.
+/// The numbers of refinement steps to choose from.
 const REFINEMENT: [u32; 13] = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
 
-/// `options` as `look` changes them for frames of `size`, and what to tell of it. `outline` is the
-/// colour that an outline gets.
+/// `options` changed by `look`, for frames of `size`, and a note for the user. `outline` is the colour of a new
+/// outline.
 pub(super) fn changed(
     options: &Options,
     look: Look,
@@ -24,7 +24,7 @@ pub(super) fn changed(
     outline: Colour,
 ) -> (Options, String) {
     let mut options = options.clone();
-    let told = match look {
+    let note = match look {
         Look::Method(number) => {
             options.method = Method::ALL.get(number).copied().unwrap_or_default();
             format!("method {}", options.method.name())
@@ -34,7 +34,7 @@ pub(super) fn changed(
             let wanted = if way == Way::Up { points * POINTS } else { points / POINTS };
             let most = u32::try_from(size.pixels() / 4).unwrap_or(u32::MAX).max(4);
             let count = (wanted.round() as u32).clamp(4, most);
-            // A number of points asked for is meant, whatever grid there was.
+            // A chosen number of points replaces the grid.
             options.hex_density = None;
             options.points = Points::Count(count);
             format!("{count} points")
@@ -48,7 +48,7 @@ pub(super) fn changed(
         Look::Refinement(way) => {
             let steps = refined(RefineOptions::live_steps(&options, size), way);
             options.refine = Some(steps);
-            // A target would say something else.
+            // A target would replace the number of steps.
             options.error = None;
             format!("{steps} refinement steps a frame")
         }
@@ -67,7 +67,7 @@ pub(super) fn changed(
     if options.points == Points::Auto && options.error.is_none() {
         options.points = Points::default();
     }
-    (options, told)
+    (options, note)
 }
 
 fn refined(steps: u32, way: Way) -> u32 {

@@ -1,4 +1,4 @@
-//! Reads the input ahead on a thread of its own, round after round.
+//! Reads the input ahead on its own thread, again and again.
 
 use std::sync::Arc;
 use std::thread;
@@ -36,7 +36,7 @@ fn read(mut input: Input, allow_truncated: bool, deck: &Deck) -> Result<()> {
         if fed == 0 && from == Rational::ZERO && !deck.looks_away() {
             return Err(Error::NoFrames);
         }
-        if !rounds && !deck.rest() {
+        if !rounds && !deck.wait_for_jump() {
             return Ok(());
         }
         if deck.is_over() {

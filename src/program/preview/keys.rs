@@ -1,5 +1,4 @@
-//! What a key means. Keys are known by the character that they type, so that every keyboard layout can
-//! press them.
+//! The meaning of keys. Keys are known by the characters that they type, so that all keyboard layouts have them.
 
 /// A key that was pressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +20,7 @@ pub(super) enum Way {
     Up,
 }
 
-/// What a key asks for.
+/// The action of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Action {
     Help,
@@ -34,11 +33,11 @@ pub(super) enum Action {
     Quit,
     Split,
     Overlay,
-    /// What changes the options.
+    /// A change of the options.
     Look(Look),
 }
 
-/// What of the options a key changes.
+/// The option that a key changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Look {
     /// The method of this number, from 0.
@@ -51,7 +50,7 @@ pub(super) enum Look {
 }
 
 impl Action {
-    /// Whether it is done again and again while the key is held down.
+    /// Whether it repeats while the key is held down.
     pub(super) fn repeats(self) -> bool {
         matches!(
             self,
@@ -61,13 +60,13 @@ impl Action {
         )
     }
 
-    /// Whether it only concerns how the window looks, not what is rendered.
+    /// Whether it changes only the window, not the rendering.
     pub(super) fn only_looks(self) -> bool {
         matches!(self, Self::Help | Self::Save | Self::Quit | Self::Split | Self::Overlay)
     }
 }
 
-/// What `stroke` asks for.
+/// The action of `stroke`.
 pub(super) fn action(stroke: Stroke) -> Option<Action> {
     let key = match stroke {
         Stroke::Left => return Some(Action::Seek(Way::Down)),
@@ -144,9 +143,9 @@ mod tests {
 
     #[test]
     fn the_help_names_the_methods_in_their_order() {
-        let (_, told) = HELP[4];
+        let (_, text) = HELP[4];
         let names: Vec<_> = Method::ALL.iter().map(|method| method.name()).collect();
-        assert_eq!(told, format!("method: {}", names.join(" ")));
+        assert_eq!(text, format!("method: {}", names.join(" ")));
     }
 
     #[test]

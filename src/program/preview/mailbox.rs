@@ -1,6 +1,6 @@
-//! Where finished pictures lie until the window takes them: room for one, the newest.
+//! A slot for finished pictures, until the window takes them: it holds the newest one.
 //!
-//! Whoever brings a picture never waits, and whoever fetches one gets the newest there is.
+//! A writer never waits, and a reader gets the newest picture.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -14,12 +14,12 @@ use polyreel::stream::Span;
 use super::playback::Deck;
 use super::recorder::Recorder;
 
-/// A picture with all that the window may show of it.
+/// A picture with all data that the window can show.
 #[derive(Debug)]
 pub(super) struct Shown {
     /// The low-poly picture.
     pub(super) frame: Frame,
-    /// What it was made from.
+    /// Its source frame and mesh.
     pub(super) origin: Origin,
     /// Its time in the stream.
     pub(super) span: Span,
@@ -28,7 +28,7 @@ pub(super) struct Shown {
 #[derive(Debug, Default)]
 struct Slot {
     newest: Option<Arc<Shown>>,
-    /// Whether the window has fetched it.
+    /// Whether the window has taken it.
     fetched: bool,
     /// Pictures that were replaced before the window came for them.
     missed: u64,
@@ -37,7 +37,7 @@ struct Slot {
     over: bool,
 }
 
-/// Room for the newest picture, and for the newest report.
+/// Slots for the newest picture and for the newest report.
 #[derive(Debug, Default)]
 pub(super) struct Mailbox {
     slot: Mutex<Slot>,
@@ -49,7 +49,7 @@ impl Mailbox {
         self.slot.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Puts a picture in, in the place of the one before.
+    /// Stores a picture in place of the last one.
     pub(super) fn bring(&self, shown: Shown) {
         let mut slot = self.lock();
         slot.missed += u64::from(slot.newest.is_some() && !slot.fetched);
@@ -59,13 +59,13 @@ impl Mailbox {
         self.brought.notify_all();
     }
 
-    /// Whether the last picture has been fetched, or there was none.
+    /// Whether the window has taken the last picture, or there was none.
     fn is_empty(&self) -> bool {
         let slot = self.lock();
         slot.fetched || slot.newest.is_none()
     }
 
-    /// A picture that was not fetched before, waiting for one at most `patience`.
+    /// A new picture; waits for one at most `patience`.
     pub(super) fn fetch(&self, patience: Duration) -> Option<Arc<Shown>> {
         let nothing = |slot: &mut Slot| !slot.over && (slot.fetched || slot.newest.is_none());
         let waited = self.brought.wait_timeout_while(self.lock(), patience, nothing);
@@ -77,12 +77,12 @@ impl Mailbox {
         slot.newest.clone()
     }
 
-    /// The last picture that came in, fetched or not.
+    /// The last picture, taken or not.
     pub(super) fn newest(&self) -> Option<Arc<Shown>> {
         self.lock().newest.clone()
     }
 
-    /// Keeps the report of the newest frame.
+    /// Stores the report of the newest frame.
     pub(super) fn note(&self, report: &FrameReport) {
         self.lock().report = Some(report.clone());
     }
@@ -136,8 +136,7 @@ impl Sink for Screen {
     }
 }
 
-/// A sink that lets the window look at what goes by. Copies are made only of what the window has time
-/// for.
+/// A sink that shows its pictures in the window. Only pictures that the window has time for are copied.
 pub(super) struct Glance {
     pub(super) inner: Box<dyn Sink>,
     pub(super) mailbox: Arc<Mailbox>,

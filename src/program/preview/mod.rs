@@ -1,8 +1,7 @@
-//! `polyreel preview`: a live window; and the window beside a render.
+//! `polyreel preview`: a live window; and the window of a render.
 //!
-//! Four parties, none of which waits for the window: the [feed] reads ahead, [playback] lets frames in
-//! at their time, the pipeline renders, and the [mailbox] keeps the newest picture for the window,
-//! which is the main thread's.
+//! Four parts, none of which waits for the window: the [feed] reads ahead, [playback] admits frames at their time,
+//! the pipeline renders, and the [mailbox] holds the newest picture for the window, which has the main thread.
 
 mod canvas;
 mod change;
@@ -43,13 +42,13 @@ use crate::program::interrupt::Interrupt;
 use mailbox::{Glance, Mailbox, Screen};
 use playback::{Deck, Playback};
 use recorder::Recorder;
-use session::{Desk, Session, View};
+use session::{Playing, Session, View};
 use window::Window;
 
-/// The room that a window takes at first, in pixels of a display of usual density.
+/// The first size of a window, in pixels of a display of usual density.
 const ROOM: (u32, u32) = (1280, 760);
 
-/// The most that small pictures are magnified by at first.
+/// The largest factor by which small pictures are magnified at first.
 const MAGNIFIED: u32 = 4;
 
 /// Shows the input in a window until it is closed.
@@ -70,12 +69,12 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
         unfinished: interrupt.unfinished(),
         ..SinkOptions::default()
     };
-    let desk = Desk {
+    let playing = Playing {
         deck: Arc::new(Deck::new(info.live)),
         recorder: Arc::new(Recorder::new(&info, recording, &stem)),
         seekable: input.repeats() && !info.still,
     };
-    let (deck, recorder) = (desk.deck.clone(), desk.recorder.clone());
+    let (deck, recorder) = (playing.deck.clone(), playing.recorder.clone());
     let mailbox = Arc::<Mailbox>::default();
     feed::spawn(input, args.input.allow_truncated, &deck)?;
     let budget = budget(args, &info)?;
@@ -92,11 +91,11 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
         deck: deck.clone(),
         recorder: recorder.clone(),
     });
-    let desk = Some(desk);
+    let playing = Some(playing);
     let view = View::new(outline);
-    let session = Session { window, mailbox, desk, asked, controls, info, stem, budget, view };
+    let session = Session { window, mailbox, playing, asked, controls, info, stem, budget, view };
     interrupt.begin();
-    let ended = beside(
+    let ended = with_window(
         session,
         &stop,
         || {
@@ -112,8 +111,7 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
     Ok(if interrupt.happened() { Outcome::Interrupted } else { Outcome::Done })
 }
 
-/// The time for a frame. What does not tell how long its frames are shown has none unless it is asked
-/// for.
+/// The time budget for a frame: by default its duration, if known.
 fn budget(args: &PreviewArgs, info: &StreamInfo) -> Result<Option<Duration>> {
     match args.budget {
         Some(budget) => budget.time(info).map(Some),
@@ -121,10 +119,10 @@ fn budget(args: &PreviewArgs, info: &StreamInfo) -> Result<Option<Duration>> {
     }
 }
 
-/// A window beside a render, which shows what goes into its output.
-pub(crate) struct Beside(Session);
+/// The window of a render, which shows the pictures of its output.
+pub(crate) struct RenderWindow(Session);
 
-impl Beside {
+impl RenderWindow {
     /// Opens the window for a render of `inputs`, a stream of `info`.
     ///
     /// # Errors
@@ -134,7 +132,7 @@ impl Beside {
         Ok(Self(Session {
             window: open(&stem, info.size, None)?,
             mailbox: Arc::default(),
-            desk: None,
+            playing: None,
             asked: (*controls.options()).clone(),
             controls,
             info: info.clone(),
@@ -149,7 +147,7 @@ impl Beside {
         Box::new(Glance { inner, mailbox: self.0.mailbox.clone() })
     }
 
-    /// Does `run` on another thread. Who closes the window asks for `stop`.
+    /// Does `run` on another thread. Closing the window requests `stop`.
     pub(crate) fn run(
         self,
         stop: &Stop,
@@ -157,7 +155,7 @@ impl Beside {
         observer: &mut (dyn Observer + Send),
         run: impl FnOnce(&mut dyn Observer) -> Result<Summary> + Send,
     ) -> Result<Summary> {
-        beside(
+        with_window(
             self.0,
             stop,
             || processes.end_readers(),
@@ -168,7 +166,7 @@ impl Beside {
 
 /// Does `run` on a thread of its own while `session` has the main thread. When the window is closed
 /// `stop` is requested and `end` called.
-fn beside(
+fn with_window(
     mut session: Session,
     stop: &Stop,
     end: impl FnOnce(),
@@ -177,14 +175,14 @@ fn beside(
     let mailbox = session.mailbox.clone();
     thread::scope(|scope| {
         let running = scope.spawn(|| {
-            // Also when it panics, the window learns that nothing more will come.
+            // Even after a panic the window must know that no more pictures come.
             let _closing = Closing(&mailbox);
             run(stop, &mut Noting(&mailbox))
         });
         let shown = session.run(stop);
         stop.request();
         end();
-        // The window goes at once, however long the output takes.
+        // The window closes at once, however long the output takes.
         drop(session);
         let summary = running.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
         shown.map(|()| summary)
@@ -209,7 +207,7 @@ impl Observer for Noting<'_> {
     }
 }
 
-/// Two observers, of which the second may stop the run.
+/// Two observers, the second of which may stop the run.
 struct Both<'a, 'b>(&'a mut dyn Observer, &'b mut (dyn Observer + Send));
 
 impl Observer for Both<'_, '_> {
@@ -235,17 +233,17 @@ fn first_size(size: Size, scale: Option<f64>, density: u32) -> (usize, usize) {
     let (width, picture) = (side(width).max(320), side(height));
     let words =
         status::words(&status::Status { budget: Some(Duration::ZERO), ..Default::default() });
-    // With the status line below it the picture is as large as was meant.
+    // The picture has the intended size, and the status line is below it.
     let (_, bar, _) = scene::laid_out((width, picture.max(200)), None, &words);
     (width, picture + bar.height)
 }
 
-/// Pixels of the display for one of usual size, where the desktop tells.
+/// Pixels of the display for one of usual size, if the desktop sets it.
 fn density() -> u32 {
-    let told = ["GDK_SCALE", "QT_SCALE_FACTOR"].into_iter().find_map(|name| {
+    let scale = ["GDK_SCALE", "QT_SCALE_FACTOR"].into_iter().find_map(|name| {
         std::env::var(name).ok()?.parse::<f64>().ok().filter(|scale| *scale >= 1.0)
     });
-    told.map_or(1, |scale| scale.min(4.0) as u32)
+    scale.map_or(1, |scale| scale.min(4.0) as u32)
 }
 
 #[cfg(test)]

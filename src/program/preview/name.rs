@@ -1,9 +1,9 @@
-//! Names of the files that keys write: after the input, never those of files that are there.
+//! Names of the files that keys write: derived from the input, never those of existing files.
 
 use std::ffi::OsString;
 use std::path::Path;
 
-/// What files are called after that are made of `inputs`.
+/// The base name of files for `inputs`.
 pub(super) fn stem(inputs: &[OsString]) -> String {
     let first = inputs.first().map(|input| input.to_string_lossy()).unwrap_or_default();
     if first == "-" {

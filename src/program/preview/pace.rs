@@ -1,20 +1,19 @@
-//! When a frame of a file is due: arithmetic on invented moments, no clock inside.
+//! When a frame of a file is due: arithmetic on given times, without a clock.
 
 use std::time::Duration;
 
 use polyreel::stream::Span;
 
-/// How late a frame may be before time slips: after a stall, playback goes on from there instead of
-/// racing after what was missed.
+/// The longest delay of a frame that playback catches up with; after a longer stall it goes on from there.
 const SLIP: Duration = Duration::from_secs(1);
 
-/// How long a frame is shown whose length nobody knows.
+/// Duration of a frame of unknown duration.
 const UNKNOWN: f64 = 1.0 / 25.0;
 
-/// The longest that one frame keeps the next one waiting.
+/// The longest duration of a frame.
 const LONGEST: f64 = 3600.0;
 
-/// Keeps the distance between frames that their timestamps ask for.
+/// Keeps the distance between frames by their timestamps.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Pace {
     /// When the last frame was due, and its time in the stream.
@@ -22,8 +21,8 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// When the frame of `span` is due: at once, if there is none before it; else as long after the last
-    /// one as its timestamps say. `now` is the moment of asking.
+    /// When the frame of `span` is due: at once, if it is the first; else as long after the last one as its timestamp
+    /// says. `now` is the current time.
     pub(super) fn due(&self, span: &Span, now: Duration) -> Duration {
         let Some((at, last)) = &self.last else { return now };
         let due = *at + step(last, span);
@@ -35,7 +34,7 @@ impl Pace {
         self.last = Some((due, span));
     }
 
-    /// Whatever comes next is due at once: after a pause, a jump, a step.
+    /// The next frame is due at once: after a pause, a jump, a step.
     pub(super) fn forget(&mut self) {
         self.last = None;
     }

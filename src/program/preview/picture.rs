@@ -1,4 +1,4 @@
-//! A frame on the canvas: as large as it fits, its sides in proportion.
+//! Draws a frame on the canvas: as large as it fits, in proportion.
 
 use std::ops::Range;
 
@@ -25,7 +25,7 @@ pub(super) fn fitted(size: Size, room: Area) -> Area {
     Area { x, y, width, height }
 }
 
-/// Side of the squares that show through transparent pixels, in pixels of the frame.
+/// Side of the squares behind transparent pixels, in pixels of the frame.
 const SQUARE: usize = 8;
 
 /// Row `y` of `frame` as a canvas has it.
@@ -59,8 +59,7 @@ fn place(i: usize, from: usize, to: usize) -> (usize, usize, u32) {
     (first, (first + 1).min(from - 1), (at & 255) as u32)
 }
 
-/// Lays `frame` on `area` of the canvas, stretched to it (bilinear), but only the columns `columns` of
-/// the canvas.
+/// Draws `frame` on `area` of the canvas, scaled to it (bilinear), but only the columns `columns` of the canvas.
 pub(super) fn lay(canvas: &mut Canvas, frame: &Frame, area: Area, columns: Range<usize>) {
     let Size { width, height } = frame.size();
     let (from_w, from_h) = (width as usize, height as usize);

@@ -1,8 +1,7 @@
-//! Playback: which frame is let into the pipeline, and when.
+//! Playback: which frame is admitted to the pipeline, and when.
 //!
-//! One monitor stands between three threads: the [feed](super::feed) reads ahead, the window gives
-//! orders, and the pipeline's decoding thread asks for the next frame. What to do is decided by
-//! [`State::decide`], which is told the time.
+//! A monitor connects three threads: the [feed](super::feed) reads ahead, the window controls, and the pipeline's
+//! decoding thread asks for the next frame. [`State::decide`], which gets the time, decides what to do.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -16,8 +15,8 @@ use polyreel::stream::Span;
 use super::mailbox::Mailbox;
 use super::pace::Pace;
 
-/// Frames that are in the pipeline at a time. What is changed is seen once they are through: with two,
-/// after two frames at most. Two stages work meanwhile.
+/// Frames in the pipeline at a time. With two, a change is visible after two frames at most; two stages work
+/// meanwhile.
 const IN_FLIGHT: u64 = 2;
 
 /// Frames of a file that are read ahead: they bridge the start of a decoder for the next round.
@@ -27,20 +26,20 @@ const AHEAD: usize = 4;
 #[derive(Debug)]
 struct Waiting {
     decoded: Decoded,
-    /// It is the first after a jump, or of a new round.
+    /// Whether it is the first after a jump, or of a new round.
     first: bool,
 }
 
-/// What is to be done next.
+/// The next action.
 #[derive(Debug, PartialEq)]
 enum Decision {
-    /// Let the first waiting frame in.
+    /// Admit the first waiting frame.
     Admit,
-    /// Let the frame that is on the screen in once more.
+    /// Admit the frame on the screen once more.
     Again,
-    /// Nothing before this moment, or before something changes.
+    /// Wait until this time, or until something changes.
     Wait(Option<Duration>),
-    /// There is nothing more.
+    /// No more frames come.
     End,
 }
 
@@ -50,11 +49,11 @@ struct State {
     waiting: VecDeque<Waiting>,
     /// The input broke off or could not be opened.
     fault: Option<Error>,
-    /// Where to go on reading, until the feed has taken it up.
+    /// Where the feed has to read next, until it has started.
     seek: Option<Rational>,
-    /// A jump has been made: its first frame is shown even while paused.
+    /// After a jump: its first frame is shown even while paused.
     jumped: bool,
-    /// Where the last jump goes, until its first frame is on the screen.
+    /// The target of the last jump, until its first frame is on the screen.
     aim: Option<Rational>,
     /// The number of that frame among those admitted, once it is one of them.
     landing: Option<u64>,
@@ -75,8 +74,8 @@ impl State {
         self.admitted - self.arrived < IN_FLIGHT
     }
 
-    /// What to do at `now`. Frames of a file that are late, with a later one that is due as well, are
-    /// left out and counted: time is kept right.
+    /// The action at `now`. Late frames of a file are dropped and counted if a later one is due as well, so that
+    /// playback keeps its time.
     fn decide(&mut self, now: Duration) -> Decision {
         if self.over {
             return Decision::End;
@@ -95,7 +94,7 @@ impl State {
         }
         while let Some(front) = self.waiting.front() {
             if front.first && self.waiting.len() == 1 {
-                // It was waited for: nothing is left out for a decoder that starts late.
+                // It was waited for: no frame is dropped because a decoder starts late.
                 let due = self.pace.due(&front.decoded.span, now);
                 if due < now {
                     self.pace.forget();
@@ -127,7 +126,7 @@ impl State {
         }
     }
 
-    /// The first waiting frame, on its way into the pipeline.
+    /// The first waiting frame, for the pipeline.
     fn admit(&mut self) -> Option<Decoded> {
         let Waiting { decoded, .. } = self.waiting.pop_front()?;
         if self.steps > 0 || self.jumped {
@@ -170,26 +169,26 @@ pub(super) struct Deck {
     began: Instant,
 }
 
-/// How playback is going.
+/// The state of playback.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Going {
-    /// Whether it stands still.
+    /// Whether it is paused.
     pub(super) paused: bool,
-    /// Frames that were left out.
+    /// Number of dropped frames.
     pub(super) dropped: u64,
     /// Time that reading the last frame took.
     pub(super) decode: Duration,
 }
 
 impl Deck {
-    /// Playback at rest at its beginning, of a `live` source or of a file.
+    /// Playback at its beginning, of a `live` source or of a file.
     pub(super) fn new(live: bool) -> Self {
         let state = State { live, ..State::default() };
         Self { state: Mutex::new(state), changed: Condvar::new(), began: Instant::now() }
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
-        // What a panicking thread has left behind is still sound here.
+        // The state is valid even after a panic of another thread.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -198,7 +197,7 @@ impl Deck {
         self.changed.notify_all();
     }
 
-    /// Stands still, or goes on.
+    /// Pauses, or goes on.
     pub(super) fn pause(&self) {
         self.change(|state| {
             state.paused = !state.paused;
@@ -207,7 +206,7 @@ impl Deck {
         });
     }
 
-    /// One frame further, standing still then.
+    /// Shows the next frame, and pauses.
     pub(super) fn step(&self) {
         self.change(|state| {
             state.paused = true;
@@ -221,7 +220,7 @@ impl Deck {
         self.change(|state| state.seek(shown, seconds, length));
     }
 
-    /// What is on the screen is to be rendered once more, if it would not be replaced anyway.
+    /// Renders the frame on the screen once more, if no other replaces it anyway.
     pub(super) fn again(&self, alone: bool) {
         self.change(|state| state.again = alone || state.paused);
     }
@@ -236,7 +235,7 @@ impl Deck {
         self.change(State::arrive);
     }
 
-    /// How it is going.
+    /// The state of playback.
     pub(super) fn going(&self) -> Going {
         let state = self.lock();
         Going { paused: state.paused, dropped: state.dropped, decode: state.decode }
@@ -274,7 +273,7 @@ impl Deck {
 
     /// For the feed, when there is nothing to read any more: waits until somebody wants to jump.
     /// `false` when all is over.
-    pub(super) fn rest(&self) -> bool {
+    pub(super) fn wait_for_jump(&self) -> bool {
         let mut state = self.lock();
         while !state.over && state.seek.is_none() {
             state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
@@ -363,8 +362,8 @@ impl Source for Playback {
     }
 }
 
-/// The place `seconds` away from that of `now` in a stream that is `length` long, where known; not
-/// before its beginning, and not so near to its end that there would be no frame.
+/// The position `seconds` away from `now` in a stream of this `length`, if known; not before its beginning, and not
+/// so near to its end that no frame is left.
 fn sought(now: &Span, seconds: f64, length: Option<Rational>) -> Rational {
     let frame = now.length.map_or(0.1, Rational::to_f64);
     let latest = length.map_or(f64::INFINITY, |length| length.to_f64() - 1.5 * frame);

@@ -1,4 +1,4 @@
-//! Recording what is shown: from one press of a key to the next.
+//! Records the shown pictures: from one press of a key to the next.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -10,17 +10,17 @@ use polyreel::stream::{Span, StreamInfo};
 
 use super::name::free;
 
-/// How long a picture is shown that nobody knows a length of.
+/// Duration of a picture of unknown duration.
 const UNKNOWN: Rational = Rational { num: 1, den: 25 };
 
-/// Steps between pictures above this many seconds are jumps, not frames that were left out.
+/// Steps between pictures above this number of seconds are jumps, not dropped frames.
 const JUMP: Rational = Rational { num: 1, den: 1 };
 
-/// A recording on its way.
+/// A recording in progress.
 struct Tape {
     name: String,
     sink: Box<dyn Sink>,
-    /// The picture before, where it was in the stream, and where it is in the recording.
+    /// The last picture, its time in the stream, and its time in the recording.
     last: Option<(Span, Rational)>,
     pictures: u64,
 }
@@ -38,7 +38,7 @@ pub(super) struct Recorder {
 impl Recorder {
     /// Records a stream of `info` to files called after `stem`.
     pub(super) fn new(info: &StreamInfo, options: SinkOptions, stem: &str) -> Self {
-        // Of its length only the end can tell; without a name of a sound there is none.
+        // The length is unknown, and there is no sound.
         let info = StreamInfo {
             frames: None,
             duration: None,
@@ -60,11 +60,12 @@ impl Recorder {
         self.tape().is_some()
     }
 
-    /// Starts a recording, or ends the one that there is. What to tell of it.
+    /// Starts a recording, or ends the current one. Returns a note for the user.
     pub(super) fn toggle(&self) -> String {
         let ended = self.tape().take();
         if let Some(tape) = ended {
-            // To complete a video takes a moment: neither the window nor the pipeline waits.
+            // Completing a video takes a moment: it has its own thread, so that neither the window nor the pipeline
+            // waits.
             let name = tape.name.clone();
             let done = move || finish(tape);
             match thread::Builder::new().name("finish".to_owned()).spawn(done) {
@@ -75,9 +76,9 @@ impl Recorder {
         }
         match self.start() {
             Ok(tape) => {
-                let told = format!("recording to {}", tape.name);
+                let note = format!("recording to {}", tape.name);
                 *self.tape() = Some(tape);
-                told
+                note
             }
             Err(error) => error.to_string(),
         }
@@ -111,7 +112,7 @@ impl Recorder {
         }
     }
 
-    /// What became of recordings that were being completed.
+    /// The results of recordings that were completed.
     pub(super) fn finished(&self) -> Option<String> {
         let mut finishing = self.finishing();
         let done = finishing.iter().position(JoinHandle::is_finished)?;
@@ -120,7 +121,7 @@ impl Recorder {
         Some(thread.join().unwrap_or_else(|_| "the recording could not be completed".to_owned()))
     }
 
-    /// Completes everything. What became of it.
+    /// Completes all recordings, and returns the results.
     pub(super) fn close(&self) -> Vec<String> {
         let last = self.tape().take().map(finish);
         let threads = std::mem::take(&mut *self.finishing());

@@ -1,4 +1,4 @@
-//! What is drawn: the picture, what lies over it, and the status line below.
+//! Draws the picture, overlays, and the status line below.
 
 use polyreel::geom::Size;
 use polyreel::hex::HexGrid;
@@ -15,34 +15,34 @@ const SLIDER: u32 = 0xff_ffff;
 const GRID: u32 = 0xff_c83c;
 const SEED: u32 = 0xff_3030;
 
-/// Around text, in letters' pixels before they are magnified.
+/// Margin around text, in unmagnified pixels of letters.
 const MARGIN: usize = 4;
 
-/// The status line takes at most this share of the window: one part of so many.
+/// The largest share of the window for the status line: one part in this number.
 const BAR_SHARE: usize = 3;
 
 /// Height of a window in pixels for which letters are magnified once more.
 const LARGE: usize = 1000;
 
-/// What the window shows.
+/// The content of the window.
 #[derive(Debug, Default)]
 pub(super) struct Scene<'a> {
     pub(super) shown: Option<&'a Shown>,
     pub(super) words: &'a [String],
-    /// Where the slider is between source (left) and picture (right), 0 to 1.
+    /// The position of the slider between source (left) and picture (right), 0 to 1.
     pub(super) split: Option<f64>,
     /// The grid of the seeds, to be drawn with them.
     pub(super) grid: Option<HexGrid>,
     pub(super) help: bool,
 }
 
-/// How often letters are magnified in a window of `height` pixels.
+/// The magnification of letters in a window of `height` pixels.
 pub(super) fn letter_scale(height: usize) -> usize {
     (height / LARGE + 1).min(8)
 }
 
-/// Where things are in a window of `width` by `height` pixels with `words` below a picture of `size`:
-/// the picture, the bar, and the bar's lines.
+/// The layout of a window of `width` by `height` pixels with `words` below a picture of `size`: the picture, the bar,
+/// and the bar's lines.
 pub(super) fn laid_out(
     (width, height): (usize, usize),
     size: Option<Size>,
@@ -59,7 +59,7 @@ pub(super) fn laid_out(
     (size.map_or(room, |size| fitted(size, room)), bar, lines)
 }
 
-/// Draws `scene` on all of the canvas. Where the picture is.
+/// Draws `scene` on the canvas. Returns the area of the picture.
 pub(super) fn draw(canvas: &mut Canvas, scene: &Scene) -> Area {
     let size = scene.shown.map(|shown| shown.frame.size());
     let (area, bar, lines) = laid_out((canvas.width, canvas.height), size, scene.words);
@@ -83,7 +83,7 @@ pub(super) fn draw(canvas: &mut Canvas, scene: &Scene) -> Area {
     area
 }
 
-/// Blackens what lies around `area` above row `bottom`.
+/// Blackens the surroundings of `area` above row `bottom`.
 fn around(canvas: &mut Canvas, area: Area, bottom: usize) {
     let (right, below) = (area.x + area.width, area.y + area.height);
     let width = canvas.width;
@@ -147,20 +147,20 @@ fn draw_seeds(canvas: &mut Canvas, shown: &Shown, area: Area) {
 
 fn draw_help(canvas: &mut Canvas, scale: usize) {
     let keys = HELP.iter().map(|(keys, _)| keys.len()).max().unwrap_or(0) + 3;
-    let columns = keys + HELP.iter().map(|(_, told)| told.len()).max().unwrap_or(0);
+    let columns = keys + HELP.iter().map(|(_, text)| text.len()).max().unwrap_or(0);
     let (letter, line, margin) = (LETTER.0 * scale, (LETTER.1 + 2) * scale, 3 * MARGIN * scale);
     let width = (columns * letter + 2 * margin).min(canvas.width);
     let height = (HELP.len() * line + 2 * margin).min(canvas.height);
     let (x, y) = ((canvas.width - width) / 2, (canvas.height - height) / 2);
     canvas.darken(Area { x, y, width, height });
-    for (i, (key, told)) in HELP.iter().enumerate() {
+    for (i, (key, text)) in HELP.iter().enumerate() {
         let y = y + margin + i * line;
         canvas.write(key, (x + margin, y), scale, GRID);
-        canvas.write(told, (x + margin + keys * letter, y), scale, TEXT);
+        canvas.write(text, (x + margin + keys * letter, y), scale, TEXT);
     }
 }
 
-/// Where the slider is when the mouse holds it at column `x`.
+/// The position of the slider for the mouse at column `x`.
 pub(super) fn slid(x: f64, area: Area) -> f64 {
     ((x - area.x as f64) / area.width.max(1) as f64).clamp(0.0, 1.0)
 }

@@ -1,4 +1,4 @@
-//! The window's side of a preview: keys in, pictures out, until somebody closes it.
+//! The window of a preview: handles keys and shows pictures, until it is closed.
 
 use std::collections::VecDeque;
 use std::path::Path;
@@ -25,42 +25,42 @@ use super::scene::{Scene, draw, slid};
 use super::status::{Status, words};
 use super::window::{Press, Window};
 
-/// How long to wait for a picture before looking at the keys again.
+/// The longest wait for a picture before keys are read again.
 const TICK: Duration = Duration::from_millis(8);
 
-/// How often the window is drawn when nothing happens: it may have been covered meanwhile.
+/// Interval of redraws when nothing happens: the window may have been covered.
 const REDRAW: Duration = Duration::from_millis(500);
 
-/// How long a note stands in the status line.
+/// Time for which a note is in the status line.
 const NOTE: Duration = Duration::from_secs(4);
 
-/// Over how long the rate is measured.
+/// Time over which the rate is averaged.
 const RATE: Duration = Duration::from_secs(2);
 
-/// A jump in seconds, and as a share of what is shorter than ten of them.
+/// A jump in seconds, and as a share of a stream that is shorter than ten of them.
 const JUMP: f64 = 5.0;
 const SHARE: f64 = 0.1;
 
-/// What keys may change of a run that is only a preview.
-pub(super) struct Desk {
+/// The playback controls of a run that is only a preview.
+pub(super) struct Playing {
     pub(super) deck: Arc<Deck>,
     pub(super) recorder: Arc<Recorder>,
-    /// Whether it is a file that one can jump in.
+    /// Whether it is a file that can be seeked.
     pub(super) seekable: bool,
 }
 
-/// A window and what it shows.
+/// A window and its content.
 pub(super) struct Session {
     pub(super) window: Window,
     pub(super) mailbox: Arc<Mailbox>,
-    /// `None` beside a render, of which nothing may be changed.
-    pub(super) desk: Option<Desk>,
-    /// The options that the user asked for, with keys as well. A preset is written of them.
+    /// `None` in the window of a render, which cannot be controlled.
+    pub(super) playing: Option<Playing>,
+    /// The options that the user chose, by keys too. A preset is written from them.
     pub(super) asked: Options,
-    /// The options of the run: [those](effective) that follow from what was asked for.
+    /// The options of the run: the [effective] ones.
     pub(super) controls: Controls,
     pub(super) info: StreamInfo,
-    /// What files are called after.
+    /// The base name of files.
     pub(super) stem: String,
     pub(super) budget: Option<Duration>,
     pub(super) view: View,
@@ -80,13 +80,13 @@ pub(super) struct View {
     note: Option<(String, Instant)>,
     drawn: VecDeque<Instant>,
     last: Instant,
-    /// The frame whose figures were drawn last.
-    told: Option<u64>,
+    /// The frame with the figures in the status line.
+    reported: Option<u64>,
     stale: bool,
 }
 
 impl View {
-    /// An empty one; `outline` is the colour that outlines get.
+    /// An empty view; `outline` is the colour of a new outline.
     pub(super) fn new(outline: Option<Colour>) -> Self {
         Self {
             shown: None,
@@ -100,7 +100,7 @@ impl View {
             note: None,
             drawn: VecDeque::new(),
             last: Instant::now(),
-            told: None,
+            reported: None,
             stale: true,
         }
     }
@@ -110,7 +110,7 @@ impl View {
         self.stale = true;
     }
 
-    /// Pictures drawn a second, of late.
+    /// The current rate of drawn pictures.
     fn rate(&self) -> f64 {
         let (Some(first), Some(last)) = (self.drawn.front(), self.drawn.back()) else { return 0.0 };
         let seconds = last.duration_since(*first).as_secs_f64();
@@ -118,15 +118,15 @@ impl View {
     }
 }
 
-/// What is rendered where `asked` is asked for. Of a `still` no frame follows that could hold to it, and
-/// --refine STEPS means that number of them.
+/// The options that are rendered when the user has chosen `asked`. For a `still` coherence has no effect, and
+/// --refine STEPS means that number of steps.
 pub(super) fn effective(asked: &Options, still: bool) -> Options {
     let coherence = if still { 0.0 } else { asked.coherence };
     Options { coherence, ..asked.clone() }
 }
 
 impl Session {
-    /// Shows what comes until the window is closed, `stop` is asked for, or nothing more will come.
+    /// Shows pictures until the window is closed, `stop` is requested, or no more come.
     pub(super) fn run(&mut self, stop: &Stop) -> Result<()> {
         while !stop.is_requested() && !self.mailbox.is_closed() {
             let picture = self.mailbox.fetch(TICK);
@@ -146,9 +146,9 @@ impl Session {
                 self.view.drawn.push_back(now);
                 self.view.stale = true;
             }
-            // Figures come after their picture; where no other follows, they are waited for.
-            let told = self.mailbox.noted().map(|report| report.index) == self.view.told;
-            self.view.stale |= !told && now.duration_since(self.view.last) > 5 * TICK;
+            // The figures of a picture come after it: without another picture, wait for them.
+            let is_shown = self.mailbox.noted().map(|report| report.index) == self.view.reported;
+            self.view.stale |= !is_shown && now.duration_since(self.view.last) > 5 * TICK;
             let resized = self.window.size() != (self.view.canvas.width, self.view.canvas.height);
             if self.view.stale || resized || now.duration_since(self.view.last) >= REDRAW {
                 self.draw(now)?;
@@ -164,7 +164,7 @@ impl Session {
         }
         let status = self.status();
         let words = words(&status);
-        self.view.told = status.report.map(|report| report.index);
+        self.view.reported = status.report.map(|report| report.index);
         let view = &mut self.view;
         let options = self.controls.options();
         let size = view.shown.as_ref().map(|shown| shown.frame.size());
@@ -183,8 +183,8 @@ impl Session {
 
     fn status(&self) -> Status {
         let report = self.mailbox.noted();
-        let going = self.desk.as_ref().map(|desk| desk.deck.going()).unwrap_or_default();
-        let decode = if self.desk.is_some() {
+        let going = self.playing.as_ref().map(|playing| playing.deck.going()).unwrap_or_default();
+        let decode = if self.playing.is_some() {
             going.decode
         } else {
             report.as_ref().map_or(Duration::ZERO, |r| r.timing.get(polyreel::stage::Stage::Decode))
@@ -196,11 +196,11 @@ impl Session {
             report,
             decode,
             dropped: going.dropped,
-            missed: self.desk.as_ref().map_or(0, |_| self.mailbox.missed()),
+            missed: self.playing.as_ref().map_or(0, |_| self.mailbox.missed()),
             position: self.position(),
             length: self.info.duration.map(|length| length.to_f64()),
             paused: going.paused,
-            recording: self.desk.as_ref().is_some_and(|desk| desk.recorder.is_on()),
+            recording: self.playing.as_ref().is_some_and(|playing| playing.recorder.is_on()),
             note: self.view.note.as_ref().map(|(text, _)| text.clone()),
         }
     }
@@ -217,7 +217,7 @@ impl Session {
         self.view.slider = slider;
     }
 
-    /// Forgets what is too old, tells what has been completed.
+    /// Removes old notes, and reports completed recordings.
     fn tidy(&mut self) {
         let now = Instant::now();
         let recent = |then: &Instant| now.duration_since(*then) <= RATE;
@@ -228,12 +228,12 @@ impl Session {
             self.view.note = None;
             self.view.stale = true;
         }
-        if let Some(told) = self.desk.as_ref().and_then(|desk| desk.recorder.finished()) {
-            self.view.note(told);
+        if let Some(note) = self.playing.as_ref().and_then(|playing| playing.recorder.finished()) {
+            self.view.note(note);
         }
     }
 
-    /// Does what a key asks for; breaks to quit.
+    /// Performs an action; breaks to quit.
     fn press(&mut self, press: Press) -> std::ops::ControlFlow<()> {
         let Some(action) = action(press.stroke) else { return std::ops::ControlFlow::Continue(()) };
         if press.again && !action.repeats() {
@@ -250,7 +250,7 @@ impl Session {
     }
 
     fn act(&mut self, action: Action) -> Result<()> {
-        if self.desk.is_none() && !action.only_looks() {
+        if self.playing.is_none() && !action.only_looks() {
             return Err(Error::usage(
                 "this render is as it was asked for; 'polyreel preview' plays",
             ));
@@ -260,51 +260,51 @@ impl Session {
             Action::Split => self.view.split = !self.view.split,
             Action::Overlay => self.view.overlay = !self.view.overlay,
             Action::Save => {
-                let told = self.save()?;
-                self.view.note(told);
+                let note = self.save()?;
+                self.view.note(note);
             }
             Action::Quit => {}
             Action::Pause | Action::Step | Action::Seek(_) | Action::Record => self.play(action)?,
             Action::Look(look) => self.change(look)?,
             Action::WritePreset => {
-                let told = self.write_preset()?;
-                self.view.note(told);
+                let note = self.write_preset()?;
+                self.view.note(note);
             }
         }
         Ok(())
     }
 
     fn play(&mut self, action: Action) -> Result<()> {
-        let Some(desk) = &self.desk else { return Ok(()) };
+        let Some(playing) = &self.playing else { return Ok(()) };
         match action {
-            Action::Pause => desk.deck.pause(),
-            Action::Step => desk.deck.step(),
+            Action::Pause => playing.deck.pause(),
+            Action::Step => playing.deck.step(),
             Action::Seek(way) => {
-                if !desk.seekable {
+                if !playing.seekable {
                     return Err(Error::usage("one cannot jump in this input"));
                 }
                 let Some(shown) = self.mailbox.newest() else { return Ok(()) };
                 let length = self.info.duration;
                 let jump = length.map_or(JUMP, |length| JUMP.min(length.to_f64() * SHARE));
                 let jump = if way == Way::Up { jump } else { -jump };
-                desk.deck.seek(shown.span, jump, length);
+                playing.deck.seek(shown.span, jump, length);
             }
             _ => {
-                let told = desk.recorder.toggle();
-                self.view.note(told);
+                let note = playing.recorder.toggle();
+                self.view.note(note);
             }
         }
         Ok(())
     }
 
     fn change(&mut self, look: Look) -> Result<()> {
-        let Some(desk) = &self.desk else { return Ok(()) };
-        let (asked, told) = changed(&self.asked, look, self.info.size, self.view.outline);
+        let Some(playing) = &self.playing else { return Ok(()) };
+        let (asked, note) = changed(&self.asked, look, self.info.size, self.view.outline);
         self.controls.set(effective(&asked, self.info.still))?;
         self.asked = asked;
-        // Where no frame will come by itself, that on the screen is rendered once more.
-        desk.deck.again(!desk.seekable && !self.info.live);
-        self.view.note(told);
+        // If no frame will come by itself, the one on the screen is rendered again.
+        playing.deck.again(!playing.seekable && !self.info.live);
+        self.view.note(note);
         Ok(())
     }
 
@@ -325,7 +325,7 @@ impl Session {
         Ok(format!("saved {name}"))
     }
 
-    /// Writes the options as they are asked for now to a file of its own.
+    /// Writes the current options to a preset file.
     fn write_preset(&self) -> Result<String> {
         let name = free(&format!("{}-preset", self.stem), "toml");
         let toml = polyreel::preset::to_toml(&self.asked)?;

@@ -1,4 +1,4 @@
-//! What the status line says.
+//! The text of the status line.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use polyreel::options::Method;
 use polyreel::pipeline::FrameReport;
 use polyreel::stage::Stage;
 
-/// Everything that the status line tells.
+/// The data of the status line.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Status {
     pub(super) method: Method,
@@ -17,26 +17,26 @@ pub(super) struct Status {
     pub(super) report: Option<FrameReport>,
     /// Time that reading a frame takes.
     pub(super) decode: Duration,
-    /// Frames that were left out.
+    /// Number of dropped frames.
     pub(super) dropped: u64,
-    /// Pictures that were rendered but replaced before they were drawn.
+    /// Number of pictures that were replaced before they were drawn.
     pub(super) missed: u64,
-    /// Where the picture stands in the stream, in seconds.
+    /// Time of the picture in the stream, in seconds.
     pub(super) position: f64,
     /// Length of the stream in seconds, where it is known.
     pub(super) length: Option<f64>,
     pub(super) paused: bool,
     pub(super) recording: bool,
-    /// The last thing that happened.
+    /// The last note.
     pub(super) note: Option<String>,
 }
 
-/// The stages that have the budget's time together: those of one thread.
+/// The stages that share a time budget: those of one thread.
 const THREADS: [&[Stage]; 3] =
     [&[Stage::Features], &[Stage::Sample, Stage::Triangulate, Stage::Refine], &[Stage::Rasterise]];
 
-/// The words of the status line, which stay together when it is broken. They are as wide as ever, so
-/// that the line does not tremble.
+/// The words of the status line, each of which is kept on one line. They have constant widths, so that the line does
+/// not jitter.
 pub(super) fn words(status: &Status) -> Vec<String> {
     let mut words = vec![format!("{:4.1} fps", status.rate)];
     let ms = |time: Duration| time.as_secs_f64() * 1e3;
@@ -134,8 +134,8 @@ mod tests {
     }
 
     #[test]
-    fn everything_that_is_known_is_told() {
-        let told = words(&status()).join(" ");
+    fn all_data_is_in_the_line() {
+        let text = words(&status()).join(" ");
         for part in [
             "24.0 fps",
             "budget 33.0",
@@ -146,8 +146,8 @@ mod tests {
             "rasterise",
             "h: help",
         ] {
-            assert!(told.contains(part), "{part} is missing in {told}");
+            assert!(text.contains(part), "{part} is missing in {text}");
         }
-        assert!(!told.contains("PAUSED") && !told.contains("RECORDING"));
+        assert!(!text.contains("PAUSED") && !text.contains("RECORDING"));
     }
 }

@@ -9,7 +9,7 @@ use polyreel::error::{Error, Result};
 use super::canvas::Canvas;
 use super::keys::Stroke;
 
-/// A key that was pressed, and whether it was held down and speaks again.
+/// A pressed key, and whether it repeats because it is held down.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Press {
     pub(super) stroke: Stroke,
@@ -34,23 +34,23 @@ impl Window {
             scale_mode: ScaleMode::UpperLeft,
             ..WindowOptions::default()
         };
-        // A nought in a title would end it.
+        // A NUL byte would end the title.
         let title = title.replace('\0', "");
         let mut inner = minifb::Window::new(&title, width, height, options).map_err(no_window)?;
-        // It would sleep here and there; we wait for pictures ourselves.
+        // Without this minifb would sleep; we wait for pictures ourselves.
         inner.set_target_fps(0);
         let presses = Rc::default();
         inner.set_input_callback(Box::new(Listener::new(&presses)));
         Ok(Self { inner, presses })
     }
 
-    /// Sees to what has happened since: the keys that were pressed, in order.
+    /// Processes events, and returns the pressed keys in order.
     pub(super) fn poll(&mut self) -> Vec<Press> {
         self.inner.update();
         self.presses.take()
     }
 
-    /// Whether nobody has closed it.
+    /// Whether it is open.
     pub(super) fn is_open(&self) -> bool {
         self.inner.is_open()
     }
@@ -61,7 +61,7 @@ impl Window {
         (width.max(1), height.max(1))
     }
 
-    /// The column that the mouse holds, while its left button is down.
+    /// The column of the mouse while its left button is down.
     pub(super) fn held(&self) -> Option<f64> {
         if !self.inner.get_mouse_down(MouseButton::Left) {
             return None;
@@ -94,7 +94,7 @@ fn no_window(error: minifb::Error) -> Error {
     )
 }
 
-/// Hears every key, also those that are pressed and let go between two looks.
+/// Gets every key, also those that are released between two updates.
 struct Listener {
     presses: Rc<RefCell<Vec<Press>>>,
     down: Vec<Key>,

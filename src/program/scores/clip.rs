@@ -15,7 +15,7 @@ use polyreel::options::Method;
 use polyreel::render::Renderer;
 use polyreel::source::Source;
 
-/// What a method made of a clip.
+/// The figures of a method on a clip.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(crate) struct ClipMethodScores {
     /// The method.
@@ -61,7 +61,7 @@ impl ClipScores {
     }
 }
 
-/// A method on its way through a clip.
+/// A method in the middle of a clip.
 struct Run {
     variant: Variant,
     renderer: Renderer,

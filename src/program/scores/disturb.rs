@@ -1,5 +1,4 @@
-//! Pictures as they arrive from elsewhere: with noise, with a part missing, compressed too hard (paper,
-//! section 4, robustness).
+//! Disturbs pictures: with noise, with a part missing, compressed too hard (paper, section 4, robustness).
 
 use image::codecs::jpeg::JpegEncoder;
 use image::{DynamicImage, ImageFormat, RgbImage};
@@ -18,7 +17,7 @@ const OCCLUDED: f64 = 0.02;
 /// Quality of the JPEG, 1..100.
 const JPEG_QUALITY: u8 = 10;
 
-/// What is done to a picture.
+/// The kinds of disturbance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Disturbance {

@@ -1,7 +1,7 @@
 //! The paper's tables on any pictures: every method at the same number of seeds.
 //!
-//! Unrefined, as in the paper, and refined beside it. Sizes, rates, errors and times of stills ([`still`]) and of clips ([`clip`]); Tables 2, 3 and 4, the
-//! robustness figure and the clips' as plain [`Table`]s ([`tables`]).
+//! Without refinement, as in the paper, and with it. Sizes, rates, errors and times of stills ([`still`]) and of
+//! clips ([`clip`]); Tables 2, 3 and 4, the robustness figure and the clips' table as plain [`Table`]s ([`tables`]).
 
 pub(crate) mod clip;
 pub(crate) mod disturb;
@@ -39,8 +39,8 @@ impl std::fmt::Display for Variant {
 #[derive(Clone, Debug, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) struct Plan {
-    /// How every method renders; its own `method` is not looked at. Every method renders without
-    /// refinement, as in the paper, and where these options ask for any, with it as well.
+    /// The options of every method, except its `method`. Every method renders without refinement, as in the paper,
+    /// and with it if these options request any.
     pub(crate) options: Options,
     /// The methods, in the order of the tables.
     pub(crate) methods: Vec<Method>,
@@ -49,12 +49,12 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// Whether there is a refinement to look at.
+    /// Whether there is a refinement.
     pub(crate) fn refines(&self) -> bool {
         RefineOptions::fresh(&self.options).steps > 0
     }
 
-    /// What renders: all methods as they are, then, where there is one, with refinement.
+    /// All variants: all methods without refinement, then, if any, with it.
     fn variants(&self) -> impl Iterator<Item = Variant> {
         let refined = if self.refines() { &[false, true][..] } else { &[false] };
         let all =

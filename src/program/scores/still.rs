@@ -14,7 +14,7 @@ use polyreel::metric::ssim::{ssim, ssim_gaussian};
 use polyreel::options::{Method, Options};
 use polyreel::render::{Rendered, Renderer};
 
-/// How like a rendering is to its source.
+/// The likeness of a rendering to its source.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub(crate) struct Likeness {
     /// SSIM of the rounded luma, uniform window of 7x7, -1..1; `None` for frames smaller than that.
@@ -43,7 +43,7 @@ impl Likeness {
     }
 }
 
-/// What a method made of a still.
+/// The figures of a method on a still.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(crate) struct MethodScores {
     /// The method.
@@ -116,7 +116,7 @@ pub(crate) fn evaluate_still(
     };
     let (mut methods, mut refined) = (Vec::new(), Vec::new());
     for variant in plan.variants() {
-        // Nothing comes after a still: so many steps of refinement mean just so many.
+        // No frame follows a still: the number of steps is exact.
         let options = Options { coherence: 0.0, ..plan.options_for(variant) };
         let render = |frame: &Frame| Renderer::new(&options)?.render(frame);
         let began = Instant::now();

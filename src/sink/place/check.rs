@@ -84,7 +84,7 @@ fn follow_links(output: &Path) -> Result<PathBuf> {
         return Ok(path);
     }
     let mut path = output.to_owned();
-    // Linux follows as many.
+    // The limit of Linux.
     for _ in 0..40 {
         let Ok(next) = fs::read_link(&path) else { return Ok(path) };
         // A relative link starts from its own folder.

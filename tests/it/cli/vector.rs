@@ -123,7 +123,7 @@ fn a_mesh_sequence_is_written_for_3d_programs() {
     }
 }
 
-/// Needs Python with the package usd-core; skipped, loudly, where there is none.
+/// Needs Python with the package usd-core; skipped with a message without it.
 #[test]
 fn usd_reads_every_frame() {
     let python = |code: &str, folder: &Folder| {

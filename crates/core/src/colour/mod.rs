@@ -383,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn untold_matrices_follow_the_size() {
+    fn missing_matrices_follow_the_size() {
         let of = |width, height| Coding::of(&Colorimetry::default(), Size::new(width, height));
         assert_eq!(of(720, 576).matrix, Matrix::Bt601);
         assert_eq!(of(1280, 534).matrix, Matrix::Bt709);

@@ -202,9 +202,8 @@ fn rungs_are_taken_in_order() {
     assert!(after[899].steps >= EIGHTHS);
 }
 
-/// A step more or less, and nothing between them, ended with a quarter of the seeds and no step at all:
-/// the first step after a pause took longer than those after it would have, and was the only one that
-/// told.
+/// With whole steps only, the governor ended with a quarter of the seeds and no step: the first step after a pause
+/// took longer than later ones would have, and was the only one that was measured.
 #[test]
 fn some_refinement_fits_where_a_whole_step_does_not() {
     for noise in [0.0, 0.1] {

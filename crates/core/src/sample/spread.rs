@@ -82,6 +82,6 @@ mod tests {
         let mut points: Vec<_> = (0..200).map(|x| (x, 10)).collect();
         spread(&mut points, 260, &grid, 1);
         let near = points[200..].iter().filter(|p| p.1 < 30).count();
-        assert!(near <= 3, "{near} of 60 new points lie beside the old ones");
+        assert!(near <= 3, "{near} of 60 new points are next to the old ones");
     }
 }

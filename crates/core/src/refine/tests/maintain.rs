@@ -1,4 +1,4 @@
-//! Where no step is asked for, seeds are still born and die.
+//! Without steps, seeds are still removed and inserted.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! Vertices that are put in elsewhere.
+//! Insertion of vertices.
 
 use super::*;
 

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// The mesh and its error before every step and after the last, and what was done.
+/// The mesh and its error before every step and after the last, and the result.
 fn course(
     refiner: &mut Refiner,
     mut mesh: Mesh,

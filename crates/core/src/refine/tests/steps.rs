@@ -11,7 +11,7 @@ use crate::refine::cost::Cost;
 use crate::refine::mean::Mean;
 use crate::refine::surface::{NONE, next};
 
-/// The half-edges fit together, and what is kept beside them is what measuring anew would find.
+/// The half-edges are consistent, and stored values equal new measurements.
 fn audit(surface: &Surface, rows: &RowSums) {
     for h in 0..surface.origin.len() as u32 {
         let twin = surface.twin[h as usize];

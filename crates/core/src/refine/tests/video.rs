@@ -1,4 +1,4 @@
-//! From frame to frame: what stands still rests, what changes wakes.
+//! From frame to frame: parts of the mesh become inactive where the picture is constant, and active where it changes.
 
 use super::*;
 use crate::options::Options;
@@ -39,8 +39,8 @@ fn a_still_video_stands_still_before_its_tenth_frame() {
     }
 }
 
-/// In parts of a step a video gets as far as in whole ones, and comes to rest as well, in as many more
-/// frames as there are parts. What rests counted frames once: most vertices fell asleep before their turn.
+/// In parts of a step a video gets as far as in whole ones, and its mesh becomes constant, in as many more frames as
+/// there are parts. Activity once counted frames, and most vertices became inactive before their turn.
 #[test]
 fn parts_of_a_step_get_as_far_as_steps() {
     let frame = picture(Size::new(240, 180), 2, 40, true);
@@ -73,7 +73,7 @@ fn parts_of_a_step_get_as_far_as_steps() {
     }
 }
 
-/// A mesh for which there was no time yet is taken up as one that has just come.
+/// A mesh that was not refined for lack of time is refined as a new one.
 #[test]
 fn a_prepared_mesh_is_refined_as_a_new_one() {
     let frame = picture(Size::new(160, 120), 2, 40, true);
@@ -89,7 +89,7 @@ fn a_prepared_mesh_is_refined_as_a_new_one() {
     assert_eq!(prepared, anew);
 }
 
-/// What a step takes does not go with how much of the picture moves.
+/// The time of a step does not depend on how much of the picture moves.
 #[test]
 fn a_step_of_a_running_video_moves_at_most_a_share_of_the_vertices() {
     let frame = picture(Size::new(160, 120), 2, 40, true);
@@ -147,7 +147,7 @@ fn with_noise(clean: &Frame, sigma: f64, t: u32) -> Frame {
     Frame::new(clean.size(), opaque).expect("a small frame")
 }
 
-/// Noise of sigma 2 never wakes a settled mesh.
+/// Noise of sigma 2 never activates a constant mesh.
 #[test]
 fn noise_moves_nothing() {
     let size = Size::new(160, 120);
@@ -165,7 +165,7 @@ fn noise_moves_nothing() {
     }
 }
 
-/// A frozen part wakes when the picture changes there, and only there.
+/// An inactive part becomes active when the picture changes there, and only there.
 #[test]
 fn a_change_wakes_its_surroundings() {
     let size = Size::new(160, 120);
@@ -192,7 +192,7 @@ fn a_change_wakes_its_surroundings() {
     }
 }
 
-/// What is lowered with an residual: squared error and squared flicker together.
+/// With a residual, squared error and squared flicker fall together.
 #[test]
 fn an_residual_lowers_flicker() {
     let size = Size::new(160, 120);
