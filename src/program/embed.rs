@@ -11,7 +11,7 @@ use polyreel::error::{Error, Result};
 use polyreel::ffmpeg::Processes;
 use polyreel::options::Options;
 use polyreel::pipeline::{FrameReport, OutputReport, Stop, Summary};
-use polyreel::sink::Sink;
+use polyreel::sink::{Sink, Unfinished};
 use polyreel::stream::StreamInfo;
 
 use crate::program::cli::RenderArgs;
@@ -145,6 +145,8 @@ pub struct Control {
     pub stop: Stop,
     /// The processes that read and write for it.
     pub processes: Processes,
+    /// Its temporary files.
+    pub unfinished: Unfinished,
 }
 
 /// Does what `polyreel render` does with `arguments`, its options, inputs and output as on the command line. Nothing
@@ -154,6 +156,6 @@ pub struct Control {
 /// As the program.
 pub fn render(arguments: &[OsString], control: &Control, watcher: &mut dyn Watcher) -> Result<()> {
     let whole = Whole::try_parse_from(arguments).map_err(|error| refused(&error))?;
-    let interrupt = Interrupt::with(control.processes.clone());
+    let interrupt = Interrupt::with(control.processes.clone(), control.unfinished.clone());
     render_for(&whole.render, &control.stop, &interrupt, watcher)
 }

@@ -57,9 +57,9 @@ impl Interrupt {
         interrupt
     }
 
-    /// One that listens to nothing, for a run whose processes are entered in `processes`.
-    pub(crate) fn with(processes: Processes) -> Self {
-        Self(Arc::new(State { processes, ..State::default() }))
+    /// One that listens to nothing, for a run whose processes and temporary files are entered in these lists.
+    pub(crate) fn with(processes: Processes, unfinished: Unfinished) -> Self {
+        Self(Arc::new(State { processes, unfinished, ..State::default() }))
     }
 
     /// The list that all processes must be entered in, so that none outlives the program.
