@@ -1,4 +1,4 @@
-//! Clips that anybody can get: those of `corpus.toml`.
+//! The clips of `corpus.toml`, which are public or generated.
 
 use std::fs;
 use std::io::Read;
@@ -23,7 +23,7 @@ pub(crate) struct Clip {
     pub(crate) name: String,
     pub(crate) about: String,
     pub(crate) licence: String,
-    /// How many frames are measured.
+    /// Number of frames to measure.
     pub(crate) frames: u32,
     path: Option<PathBuf>,
     package: Option<String>,
@@ -44,7 +44,7 @@ pub(crate) fn clips() -> Result<Vec<Clip>> {
 /// Fetches or makes all clips and prints where they are.
 ///
 /// # Errors
-/// When one cannot be had.
+/// When one is not available.
 pub(crate) fn print() -> Result<()> {
     for clip in clips()? {
         println!("{:10} {} ({}): {}", clip.name, clip.about, clip.licence, clip.get()?.display());
@@ -53,7 +53,7 @@ pub(crate) fn print() -> Result<()> {
 }
 
 impl Clip {
-    /// The file; it is fetched or made where it is not there yet.
+    /// The path of the file, which is fetched or made if it does not exist.
     ///
     /// # Errors
     /// When it cannot be fetched or made, or is not the file of the manifest.

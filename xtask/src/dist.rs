@@ -1,4 +1,4 @@
-//! Archives for people: the program with completions, man pages and licences.
+//! Release archives: the program with completions, man pages and licences.
 
 use std::fs::{self, File};
 use std::io::Write;
@@ -75,7 +75,7 @@ fn build_for_windows() -> Result<PathBuf> {
     Ok(forky.join("target").join(WINDOWS).join("dist/polyreel.exe"))
 }
 
-/// What goes into every archive: texts, completions and man pages.
+/// The files of every archive besides the program: texts, completions and man pages.
 fn papers(program: &Path) -> Result<Vec<Entry>> {
     let text = |name: String, bytes| Entry { name, bytes, is_program: false };
     let mut entries = Vec::new();
@@ -94,7 +94,7 @@ fn papers(program: &Path) -> Result<Vec<Entry>> {
     Ok(entries)
 }
 
-/// The name by which a shell finds the script.
+/// The file name of the completion script of a shell.
 fn completion_file(shell: &str) -> &'static str {
     match shell {
         "bash" => "polyreel",

@@ -1,7 +1,7 @@
 //! polyreel as a frei0r plug-in, for ffmpeg, MLT (melt, Kdenlive, Shotcut) and GStreamer.
 //!
-//! The functions are those of `frei0r.h` 1.2. What a host can do wrong gives the input picture back:
-//! nothing here ends the host.
+//! The functions are those of `frei0r.h` 1.2. Wrong use by a host gives the input picture back: no error here ends
+//! the host.
 
 pub mod abi;
 pub mod parameters;
@@ -19,7 +19,7 @@ use abi::{ParamInfo, PluginInfo};
 use parameters::{COUNT, Kind, PARAMETERS, Values};
 use shared::Shared;
 
-/// What a host gets from [`f0r_construct`]. It is cheap: renderer and threads come with the first frame.
+/// The instance that [`f0r_construct`] returns. It is cheap: renderer and threads are made with the first frame.
 #[derive(Debug)]
 pub struct Instance {
     size: Size,
@@ -36,7 +36,7 @@ impl Instance {
             Ok(Err(error)) => error.to_string(),
             Err(_) => "a fault of polyreel's own (see above)".into(),
         };
-        // What the mesh was in the middle of is not to be trusted.
+        // The mesh may be inconsistent after a panic.
         self.stream = None;
         output.copy_from_slice(input);
         // A host may have closed standard error.
@@ -70,7 +70,7 @@ pub extern "C" fn f0r_init() -> c_int {
 #[unsafe(no_mangle)]
 pub extern "C" fn f0r_deinit() {}
 
-/// Tells what the plug-in is.
+/// Writes the description of the plug-in.
 ///
 /// # Safety
 /// `info` points to memory for a [`PluginInfo`], or is null.
@@ -94,7 +94,7 @@ pub unsafe extern "C" fn f0r_get_plugin_info(info: *mut PluginInfo) {
     unsafe { info.write(plugin) };
 }
 
-/// Tells what parameter `index` is.
+/// Writes the description of parameter `index`.
 ///
 /// # Safety
 /// `info` points to memory for a [`ParamInfo`], or is null.
@@ -196,7 +196,7 @@ pub unsafe extern "C" fn f0r_update(
     instance.update(time, input, output);
 }
 
-/// As [`f0r_update`]; a filter has one input and the others are not looked at.
+/// As [`f0r_update`]; a filter has one input, and the others are ignored.
 ///
 /// # Safety
 /// As [`f0r_update`].

@@ -1,6 +1,6 @@
-//! The plug-in's parameters: numbers of 0 to 1, as frei0r has them, and the options that they mean.
+//! The parameters of the plug-in: numbers of 0 to 1, as in frei0r, and their options.
 //!
-//! There are no text parameters: GStreamer and ffmpeg hand them over in two ways that exclude each other.
+//! There are no text parameters: GStreamer and ffmpeg pass these in incompatible ways.
 
 use std::ffi::CStr;
 
@@ -9,7 +9,7 @@ use polyreel_core::{Colour, Options, PRESETS, Points, Quality};
 /// Number of parameters.
 pub const COUNT: usize = PARAMETERS.len();
 
-/// What a parameter is to a host.
+/// The type of a parameter for hosts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// On from 0.5.
@@ -23,17 +23,17 @@ pub enum Kind {
 pub struct Parameter {
     /// Its name in hosts.
     pub name: &'static CStr,
-    /// What it does, for people.
+    /// Its description.
     pub explanation: &'static CStr,
     /// How hosts show it.
     pub kind: Kind,
-    /// The value that leaves the preset's own setting alone. Hosts begin with it.
+    /// The value that keeps the preset's own setting; the initial value in hosts.
     pub default: f64,
-    /// Puts a value of 0 to 1, another than the default, into options.
+    /// Sets options by a value of 0 to 1, other than the default.
     apply: fn(&mut Options, f64),
 }
 
-/// All parameters, in the order in which hosts number them. New ones are only added at the end.
+/// All parameters, in the order of their indices. New ones are only added at the end.
 pub const PARAMETERS: [Parameter; 10] = [
     Parameter {
         name: c"points",
@@ -119,7 +119,7 @@ pub const PARAMETERS: [Parameter; 10] = [
     },
 ];
 
-/// Index of the preset, which comes before all others.
+/// Index of the preset, which is applied before all others.
 const PRESET: usize = 1;
 
 fn count(value: f64) -> u32 {
@@ -143,13 +143,12 @@ impl Default for Values {
 }
 
 impl Values {
-    /// The value of parameter `index`, 0 to 1; `None` where there is no such parameter.
+    /// The value of parameter `index`, 0 to 1; `None` if there is no such parameter.
     pub fn get(&self, index: usize) -> Option<f64> {
         self.0.get(index).copied()
     }
 
-    /// Sets parameter `index`. Values out of 0 to 1 are moved to the nearest end; what is no number, and
-    /// an index that there is not, change nothing.
+    /// Sets parameter `index`. Values are clamped to 0 to 1; NaN and unknown indices are ignored.
     pub fn set(&mut self, index: usize, value: f64) {
         if let Some(slot) = self.0.get_mut(index)
             && !value.is_nan()
@@ -158,8 +157,7 @@ impl Values {
         }
     }
 
-    /// The options that the values mean. A parameter that stands at its default changes nothing, so that
-    /// the defaults are the program's own.
+    /// The options of the values. A parameter at its default changes nothing, so that the defaults are the program's.
     pub fn options(&self) -> Options {
         let mut options = Options::default();
         let others = (0..COUNT).filter(|&index| index != PRESET);

@@ -1,8 +1,8 @@
-//! Which stream an instance of the plug-in works on.
+//! Assigns streams to instances of the plug-in.
 //!
-//! Most hosts make one instance a filter, and each has a stream of its own. MLT (melt, Kdenlive, Shotcut)
-//! makes one for each of its worker threads and deals the frames out among them. There the instances of
-//! one filter share a stream, and a frame that comes early waits for the one before it.
+//! Most hosts make one instance for a filter, and each has its own stream. MLT (melt, Kdenlive, Shotcut) makes one
+//! for each of its worker threads and distributes the frames among them. There the instances of one filter share a
+//! stream, and a frame that is early waits for the one before it.
 
 use std::ffi::c_void;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
@@ -13,10 +13,10 @@ use polyreel_core::Size;
 
 use crate::stream::Stream;
 
-/// The longest that a frame waits for the one before it. A host that drops frames never brings that one.
+/// The longest wait of a frame for the one before it. If the host drops frames, that one never comes.
 const PATIENCE: Duration = Duration::from_millis(250);
 
-/// The longest that one of a stream's first two frames waits: how far apart frames are is not known then.
+/// The longest wait of a stream's first two frames, when the distance of frames is unknown.
 const SETTLE_TIME: Duration = Duration::from_millis(100);
 
 /// A stream, and the threads whose instances feed it.
@@ -34,12 +34,12 @@ pub(crate) struct Shared {
 struct State {
     stream: Stream,
     threads: Vec<ThreadId>,
-    /// Times of the frames that have come and wait for their turn.
+    /// Times of the waiting frames.
     waiting: Vec<f64>,
 }
 
 impl State {
-    /// How much longer a frame at `time` that came `since` ago has to wait; `None` when it is its turn.
+    /// The remaining wait of a frame at `time` that came `since` ago; `None` when it is next.
     fn wait(&self, time: f64, since: Duration) -> Option<Duration> {
         if !self.stream.goes_on(time) {
             return None;
@@ -60,7 +60,8 @@ impl State {
     }
 }
 
-/// Streams of this process that instances may join, in the order in which they began.
+/// The streams of this process that instances can join, in order of their start. A host gives instances nothing else
+/// in common.
 static STREAMS: Mutex<Vec<Weak<Shared>>> = Mutex::new(Vec::new());
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -74,8 +75,8 @@ impl Shared {
         Arc::new(Self { size, open, state: Mutex::new(state), changed: Condvar::new() })
     }
 
-    /// The stream for an instance whose first frame, of `size`, is at `time`. With `join` that may be
-    /// one that other threads feed already.
+    /// The stream for an instance whose first frame, of `size`, is at `time`. With `join` it can be one that other
+    /// threads feed already.
     pub(crate) fn find(size: Size, time: f64, join: bool) -> Arc<Self> {
         if !join {
             return Self::new(size, false);
@@ -90,8 +91,8 @@ impl Shared {
         })
     }
 
-    /// Whether this thread joins: no instance of it feeds the stream yet (it would be that of another
-    /// filter), and a frame at `time` is one that the stream still lacks.
+    /// Whether this thread joins: no instance of it feeds the stream yet (otherwise it is that of another filter),
+    /// and the stream lacks a frame at `time`.
     fn takes(&self, size: Size, time: f64) -> bool {
         let (mut state, me) = (lock(&self.state), thread::current().id());
         let joins = self.size == size
@@ -105,7 +106,7 @@ impl Shared {
         joins
     }
 
-    /// Does `work` with the stream when it is the turn of the frame at `time`.
+    /// Calls `work` with the stream when the frame at `time` is next.
     pub(crate) fn in_turn<T>(&self, time: f64, work: impl FnOnce(&mut Stream) -> T) -> T {
         let mut state = lock(&self.state);
         if self.open {

@@ -1,20 +1,19 @@
-//! One stream of frames: its mesh lives on while time goes on.
+//! A stream of frames, whose mesh is carried while time goes forward.
 
 use polyreel_core::{Frame, Options, Renderer, Result, Rgba, Size};
 
-/// A step forward of more than this many frames is a jump: the mesh begins anew. Hosts that drop frames
-/// leave out fewer.
+/// A step forward of more than this number of frames is a jump: the mesh starts afresh. Hosts that drop frames skip
+/// fewer.
 const JUMP: f64 = 12.5;
 
-/// A renderer and the time of its last frame, in whatever unit the host uses: ffmpeg hands over
-/// milliseconds, others seconds.
+/// A renderer and the time of its last frame, in the unit of the host: ffmpeg passes milliseconds, others seconds.
 #[derive(Debug, Default)]
 pub(crate) struct Stream {
     renderer: Option<(Renderer, Options)>,
     last: Option<f64>,
     /// The shortest step between two frames so far.
     step: Option<f64>,
-    /// The last picture, and what was made of it.
+    /// The last picture, and its rendering.
     shown: (Vec<Rgba>, Vec<Rgba>),
 }
 
@@ -24,12 +23,12 @@ impl Stream {
         self.last
     }
 
-    /// Whether it is known how far apart frames are.
+    /// Whether the distance of frames is known.
     pub(crate) fn knows_step(&self) -> bool {
         self.step.is_some()
     }
 
-    /// Whether a frame at `time` is the next one, as far as the steps so far tell.
+    /// Whether a frame at `time` is the next one, by the steps so far.
     pub(crate) fn is_next(&self, time: f64) -> bool {
         match (self.last, self.step) {
             (Some(last), Some(step)) => time - last <= 1.5 * step,
@@ -37,15 +36,15 @@ impl Stream {
         }
     }
 
-    /// Whether a frame at `time` may go on from the last one: time has not gone back and not leapt.
+    /// Whether a frame at `time` continues the last one: time has not gone back or jumped.
     pub(crate) fn goes_on(&self, time: f64) -> bool {
         let Some(last) = self.last else { return true };
         let passed = time - last;
-        // The same time again: a host that stands still, or one without times.
+        // The same time again: a paused host, or one without times.
         passed == 0.0 || passed > 0.0 && self.step.is_none_or(|step| passed <= JUMP * step)
     }
 
-    /// Forgets everything: the next frame begins anew.
+    /// Forgets all frames: the next one starts afresh.
     pub(crate) fn reset(&mut self) {
         *self = Self { shown: std::mem::take(&mut self.shown), ..Self::default() };
     }
@@ -53,7 +52,7 @@ impl Stream {
     /// Renders the frame `input` at `time` into `output`; both hold width x height pixels.
     ///
     /// # Errors
-    /// When there can be no frame of that size, or it cannot be rendered.
+    /// When the size is not possible, or the frame cannot be rendered.
     pub(crate) fn render(
         &mut self,
         size: Size,
@@ -66,7 +65,7 @@ impl Stream {
             self.reset();
         }
         let (mut pixels, mut painted) = std::mem::take(&mut self.shown);
-        // A host that asks for the frame on the screen again, or several of whose workers do, gets the same.
+        // The same frame again, from a host that redraws it or from several of its workers, gives the same result.
         let again = self.last == Some(time) && self.has(options) && pixels == input;
         if !again {
             pixels.clear();
