@@ -36,7 +36,7 @@
 //! # Layers
 //!
 //! Modules, lowest first; each uses only those before it, and the engine (checked by a test):
-//! `error`, `memory`, `stream`, `look`, `pattern`, `ffmpeg`, `preset`, `source`, `sink`, `pipeline`, `program`
+//! `error`, `memory`, `stream`, `look`, `pattern`, `ffmpeg`, `preset`, `source`, `sink`, `pipeline`, `film`, `program`
 
 // Without `unstable` parts that only the program uses have no user here.
 #![cfg_attr(not(feature = "unstable"), allow(dead_code, unreachable_pub, unused_imports))]
@@ -59,6 +59,8 @@ mod modules {
 
     pub mod error;
     pub mod ffmpeg;
+    #[cfg(feature = "cli")]
+    pub mod film;
     pub mod pattern;
     pub mod pipeline;
     pub mod sink;

@@ -15,7 +15,7 @@ use crate::frame::{Fill, Rational};
 use crate::mesh_stream::MeshFrame;
 use crate::sink::repainted::nothing;
 use crate::sink::{Origin, Picture, Sink};
-use crate::source::mesh_stream::MeshSource;
+use crate::source::mesh_stream::Meshes;
 use crate::stage::Stage;
 use crate::stream::Span;
 
@@ -35,8 +35,8 @@ pub struct Part {
 ///
 /// # Errors
 /// As [`super::run`].
-pub fn repaint(
-    open: impl FnOnce() -> Result<MeshSource> + Send,
+pub fn repaint<M: Meshes>(
+    open: impl FnOnce() -> Result<M> + Send,
     part: &Part,
     sink: Box<dyn Sink>,
     allow_truncated: bool,
@@ -71,8 +71,8 @@ pub fn repaint(
 }
 
 /// Sends the frames of `part` on.
-fn decode(
-    open: impl FnOnce() -> Result<MeshSource>,
+fn decode<M: Meshes>(
+    open: impl FnOnce() -> Result<M>,
     part: &Part,
     stop: &Stop,
     frames: &Sender<Result<Painted>>,

@@ -1,6 +1,7 @@
 //! The command line: commands, and their options in groups that commands share.
 
 mod evaluate;
+mod film;
 mod preview;
 
 use std::ffi::OsString;
@@ -22,6 +23,7 @@ use crate::program::budget::{Budget, budget};
 use crate::program::look::{LookArgs, one_of};
 
 pub(crate) use evaluate::EvaluateArgs;
+pub(crate) use film::{DivisionArgs, FilmArgs, JoinArgs, PlanArgs, RefusedArgs};
 pub(crate) use preview::PreviewArgs;
 
 /// Turns pictures, GIFs and video into low-poly art, frame by frame.
@@ -39,6 +41,10 @@ pub(crate) enum Command {
     Render(Box<RenderArgs>),
     /// Show pictures, video or a camera as low-poly art in a live window
     Preview(Box<PreviewArgs>),
+    /// Plan a film that is rendered in parts: find its shots
+    Plan(Box<PlanArgs>),
+    /// Join the parts of a planned film, and add its sound
+    Join(JoinArgs),
     /// Compare methods on pictures and clips: the paper's tables
     Evaluate(Box<EvaluateArgs>),
     /// Show what each stage sees, as PNGs
@@ -99,6 +105,8 @@ pub(crate) struct RenderArgs {
     pub(crate) look: LookArgs,
     #[command(flatten)]
     pub(crate) run: RunArgs,
+    #[command(flatten)]
+    pub(crate) film: FilmArgs,
 }
 
 #[derive(Debug, Args)]
@@ -238,12 +246,19 @@ impl WriteArgs {
     /// # Errors
     /// When that is too large.
     pub(crate) fn scaled(&self, size: Size) -> Result<Size> {
-        let Some(scale) = self.scale else { return Ok(size) };
-        let side = |side: u32| (f64::from(side) * scale).round().max(1.0) as u32;
-        let scaled = Size::new(side(size.width), side(size.height));
-        polyreel::frame::check_size(scaled)?;
-        Ok(scaled)
+        scaled(size, self.scale.unwrap_or(1.0))
     }
+}
+
+/// The size of an output that is `scale` times as large as `size`.
+///
+/// # Errors
+/// When that is too large.
+pub(crate) fn scaled(size: Size, scale: f64) -> Result<Size> {
+    let side = |side: u32| (f64::from(side) * scale).round().max(1.0) as u32;
+    let scaled = Size::new(side(size.width), side(size.height));
+    polyreel::frame::check_size(scaled)?;
+    Ok(scaled)
 }
 
 /// A factor for a size.

@@ -67,8 +67,20 @@ pub struct Described {
     pub is_look: bool,
 }
 
-/// What concerns the terminal, or is an argument of its own.
-const NOT_OPTIONS: [&str; 4] = ["output", "preview", "quiet", "verbose"];
+/// What concerns the terminal, is an argument of its own, or is done by several processes.
+const NOT_OPTIONS: [&str; 11] = [
+    "output",
+    "preview",
+    "quiet",
+    "verbose",
+    "plan",
+    "chunk",
+    "all",
+    "jobs",
+    "film",
+    "resume",
+    "until-input-ends",
+];
 
 /// The options of `render`, those of the look among them.
 pub fn described() -> Vec<Described> {

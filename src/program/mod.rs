@@ -10,6 +10,7 @@ mod convergence;
 mod crash;
 pub mod embed;
 mod evaluate;
+mod film;
 mod info;
 mod inspect;
 mod interrupt;
@@ -70,6 +71,8 @@ pub fn main_of(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 fn run(command: Command) -> Result<Outcome> {
     match command {
         Command::Render(args) => render::render(&args),
+        Command::Plan(args) => film::plan(&args),
+        Command::Join(args) => film::join(&args),
         Command::Preview(args) => preview::preview(&args),
         Command::Evaluate(args) => evaluate::evaluate(&args.settled()),
         Command::Inspect(args) => inspect::inspect(&args),

@@ -31,7 +31,8 @@ impl<'a> Progress<'a> {
     }
 }
 
-fn style(length_known: bool) -> ProgressStyle {
+/// How a bar of frames looks.
+pub(crate) fn style(length_known: bool) -> ProgressStyle {
     let template = if length_known {
         "{wide_bar} {pos}/{len} frames, {rate}, {eta} left"
     } else {

@@ -40,7 +40,16 @@ impl Record {
 
 /// Writes `bytes` to the file `path`, which appears when it is complete.
 pub(crate) fn put(path: &Path, bytes: &[u8], overwrite: bool) -> Result<()> {
-    let place = Place::reserve(path, &SinkOptions { overwrite, ..SinkOptions::default() })?;
+    write_all(Place::reserve(path, &SinkOptions { overwrite, ..SinkOptions::default() })?, bytes)
+}
+
+/// As [`put`]; the file replaces another, and is safe on its disk before it has its name.
+pub(crate) fn put_durably(path: &Path, bytes: &[u8]) -> Result<()> {
+    let options = SinkOptions { overwrite: true, durable: true, ..SinkOptions::default() };
+    write_all(Place::reserve(path, &options)?, bytes)
+}
+
+fn write_all(place: Place, bytes: &[u8]) -> Result<()> {
     place.file().write_all(bytes).map_err(|error| place.failed(&error))?;
     place.commit()
 }

@@ -27,6 +27,7 @@ use polyreel::stream::{StreamInfo, is_hdr};
 use crate::program::Outcome;
 use crate::program::cli::{RenderArgs, RunArgs};
 use crate::program::embed::Watcher;
+use crate::program::film;
 use crate::program::interrupt::Interrupt;
 use crate::program::preview::RenderWindow;
 use crate::program::progress::Progress;
@@ -36,6 +37,16 @@ use crate::program::terminal;
 
 /// Renders the input to the output, and tells of it on the terminal.
 pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
+    if let Some(plan) = &args.film.plan {
+        return film::render_parts(args, plan);
+    }
+    if args.film.resume {
+        let output = args.output.as_deref().ok_or_else(|| no_output(&args.input.inputs))?;
+        return film::resume(args, output);
+    }
+    if args.film.jobs.is_some() {
+        return Err(Error::usage("--jobs is for films in parts: it goes with --all or --resume"));
+    }
     let stop = Stop::default();
     let interrupt = Interrupt::listen(&stop);
     render_for(args, &stop, &interrupt, &mut Progress::new(&args.run))?;

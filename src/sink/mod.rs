@@ -156,6 +156,8 @@ pub struct SinkOptions {
     pub folder_format: Option<String>,
     /// The list that temporary files are entered in until they are complete. Default: a list of its own.
     pub unfinished: Unfinished,
+    /// Whether a file is safe on its disk before it has its name. Default: no.
+    pub durable: bool,
 }
 
 impl Default for SinkOptions {
@@ -172,6 +174,7 @@ impl Default for SinkOptions {
             seams: Seams::default(),
             folder_format: None,
             unfinished: Unfinished::default(),
+            durable: false,
         }
     }
 }

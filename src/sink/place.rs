@@ -31,6 +31,7 @@ pub struct Place {
     named: PathBuf,
     target: PathBuf,
     overwrite: bool,
+    durable: bool,
     unfinished: Unfinished,
     file: Temporary,
 }
@@ -59,11 +60,12 @@ impl Place {
                 named: output.to_owned(),
                 target,
                 overwrite: options.overwrite,
+                durable: options.durable,
                 unfinished: options.unfinished.clone(),
                 file: Temporary::Unnamed(file, path),
             });
         }
-        Self::with_name(output.to_owned(), target, options.overwrite, options.unfinished.clone())
+        Self::with_name(output.to_owned(), target, options)
     }
 
     /// As [`Place::reserve`], but the temporary file has a [name](Place::path), for other programs to write to. It
@@ -73,7 +75,7 @@ impl Place {
     /// As [`Place::reserve`].
     pub fn reserve_named(output: &Path, options: &SinkOptions) -> Result<Self> {
         let target = target_of(output, options)?;
-        Self::with_name(output.to_owned(), target, options.overwrite, options.unfinished.clone())
+        Self::with_name(output.to_owned(), target, options)
     }
 
     /// Another temporary file with a name for the same output. Only one of the two can be committed.
@@ -81,16 +83,16 @@ impl Place {
     /// # Errors
     /// When it cannot be made.
     pub fn another(&self) -> Result<Self> {
-        let unfinished = self.unfinished.clone();
-        Self::with_name(self.named.clone(), self.target.clone(), self.overwrite, unfinished)
+        let options = SinkOptions {
+            overwrite: self.overwrite,
+            durable: self.durable,
+            unfinished: self.unfinished.clone(),
+            ..SinkOptions::default()
+        };
+        Self::with_name(self.named.clone(), self.target.clone(), &options)
     }
 
-    fn with_name(
-        named: PathBuf,
-        target: PathBuf,
-        overwrite: bool,
-        unfinished: Unfinished,
-    ) -> Result<Self> {
+    fn with_name(named: PathBuf, target: PathBuf, options: &SinkOptions) -> Result<Self> {
         let folder = folder_of(&target);
         let suffix =
             named.extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
@@ -103,8 +105,11 @@ impl Place {
             |there| there.permissions(),
         ));
         let file = builder.tempfile_in(folder).map_err(|e| unwritable(&named, folder, e))?;
+        let SinkOptions { overwrite, durable, .. } = *options;
+        let unfinished = options.unfinished.clone();
         let entry = unfinished.add_temporary(file.path());
-        Ok(Self { named, target, overwrite, unfinished, file: Temporary::Named(file, entry) })
+        let file = Temporary::Named(file, entry);
+        Ok(Self { named, target, overwrite, durable, unfinished, file })
     }
 
     /// The file to write to.
@@ -141,17 +146,33 @@ impl Place {
     /// # Errors
     /// When that fails, or when a file of that name was made meanwhile and may not be overwritten.
     pub fn commit(self) -> Result<()> {
-        let Self { named, target, overwrite, file, .. } = self;
+        if self.durable {
+            self.file().sync_all().map_err(|error| self.failed(&error))?;
+        }
+        let Self { named, target, overwrite, durable, file, .. } = self;
         let done = match file {
             #[cfg(target_os = "linux")]
             Temporary::Unnamed(_file, path) => unnamed::put(&path, &target, overwrite),
             Temporary::Named(file, _entry) => put(file, &target, overwrite),
         };
         match done {
-            Ok(()) => Ok(()),
+            Ok(()) => {
+                if durable {
+                    sync_folder(folder_of(&target));
+                }
+                Ok(())
+            }
             Err(e) if e.kind() == io::ErrorKind::AlreadyExists => Err(exists(&named)),
             Err(e) => Err(misplaced(&named, e)),
         }
+    }
+}
+
+/// Makes the names in `folder` safe on its disk, where the system can do that with a folder.
+fn sync_folder(folder: &Path) {
+    // The file is whole whether its name lasts or not.
+    if let Ok(folder) = File::open(folder) {
+        let _ = folder.sync_all();
     }
 }
 

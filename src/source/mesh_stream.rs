@@ -13,6 +13,15 @@ use crate::options::Options;
 use crate::rasterise::Painter;
 use crate::stream::{Loops, Span, StreamInfo};
 
+/// Meshes, one after another.
+pub trait Meshes {
+    /// The next frame's mesh; `None` at the end of a complete stream.
+    ///
+    /// # Errors
+    /// When the stream is cut short or damaged; frames before have been delivered.
+    fn next_mesh(&mut self) -> Result<Option<MeshFrame>>;
+}
+
 /// A mesh stream being read.
 pub struct MeshSource {
     reader: MeshReader<Box<dyn Read + Send>>,
@@ -48,12 +57,10 @@ impl MeshSource {
     pub fn info(&self) -> &StreamInfo {
         &self.info
     }
+}
 
-    /// The next frame's mesh; `None` at the end of a complete stream.
-    ///
-    /// # Errors
-    /// When the stream is cut short or damaged; frames before have been delivered.
-    pub fn next_mesh(&mut self) -> Result<Option<MeshFrame>> {
+impl Meshes for MeshSource {
+    fn next_mesh(&mut self) -> Result<Option<MeshFrame>> {
         let frame = self.reader.next_frame();
         let frame = frame.map_err(|error| failed(&self.path, Some(self.count), error))?;
         self.count += u64::from(frame.is_some());

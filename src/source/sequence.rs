@@ -154,6 +154,14 @@ struct Sequence {
 }
 
 impl Source for Sequence {
+    fn skip_to(&mut self, start: Rational) {
+        let Some(rate) = self.length.and_then(Rational::recip) else { return };
+        let place = start * rate;
+        // The first that does not start earlier.
+        let first = -(-place.num).div_euclid(place.den);
+        self.next = usize::try_from(first).unwrap_or(0).min(self.paths.len());
+    }
+
     fn next(&mut self) -> Result<Option<Decoded>> {
         if let Some(error) = self.cut.take() {
             return Err(error);

@@ -7,6 +7,7 @@
 mod broken;
 mod cases;
 mod faults;
+mod films;
 mod given;
 mod pixels;
 mod program;

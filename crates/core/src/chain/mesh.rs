@@ -74,6 +74,11 @@ impl MeshStage {
         &self.requested
     }
 
+    /// The options, [`Points::Auto`] as the number that was found once there was a frame.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
     /// Takes the buffers of a mesh that is no longer needed: see [`Sampler::recycle`].
     pub fn recycle(&mut self, mesh: Mesh) {
         self.sampler.recycle(mesh);

@@ -154,6 +154,11 @@ impl Chain {
         Ok(())
     }
 
+    /// As [`MeshStage::options`].
+    pub fn options(&self) -> &Options {
+        self.mesh.options()
+    }
+
     /// Takes back the buffers of a picture that is no longer needed.
     pub fn recycle(&mut self, buffers: Buffers) {
         self.paint.recycle(buffers);
