@@ -100,7 +100,7 @@ impl Watcher {
     /// skipped. `None` if there was none of this size.
     pub fn pause(&self, size: Size) -> Option<Motion> {
         let seen = self.seen.as_ref().filter(|seen| seen.previous.size == size)?;
-        Some(Motion::rest(&seen.previous))
+        Some(Motion::zero(&seen.previous))
     }
 
     fn begin(&mut self, small: Small, blank: bool) {
@@ -138,7 +138,7 @@ impl Watcher {
 
     /// Skips a frame without texture, for instance a flash: it cannot be compared.
     fn wait(&mut self, seen: Seen, small: Small) -> Change {
-        let motion = Motion::rest(&small);
+        let motion = Motion::zero(&small);
         let full = || (!is_empty(&seen.previous)).then_some((seen.previous, 0));
         let before_flash = seen.before_flash.or_else(full).and_then(older);
         self.seen = Some(Seen { previous: small, other: false, before_flash, ..seen });

@@ -24,7 +24,7 @@ pub struct Motion {
 
 impl Motion {
     /// No motion, for a picture like `small`.
-    pub fn rest(small: &Small) -> Self {
+    pub fn zero(small: &Small) -> Self {
         let (columns, rows) = blocks(small);
         let centre = |start: &usize| (*start as f32 + PATCH as f32 / 2.0) * small.factor as f32;
         Self {
@@ -40,7 +40,7 @@ impl Motion {
     /// Each block, and each coarser one that contains it, searches for its match by inverse search on a pyramid, then
     /// takes the component-wise median of its neighbours' vectors.
     pub fn between(from: &Small, to: &Small, changed: &[bool]) -> Self {
-        let mut motion = Self::rest(from);
+        let mut motion = Self::zero(from);
         if from.size != to.size || !changed.contains(&true) {
             return motion;
         }
@@ -84,7 +84,7 @@ impl Motion {
     }
 
     /// Whether nothing moves at all.
-    pub fn is_rest(&self) -> bool {
+    pub fn is_zero(&self) -> bool {
         self.vectors.iter().all(|v| *v == [0.0; 2])
     }
 }
@@ -378,7 +378,7 @@ mod tests {
     #[test]
     fn equal_pictures_rest_and_so_do_the_smallest() {
         let frame = waves(Size::new(300, 200), 0.0, 0.0);
-        assert!(motion(&frame, &frame).is_rest());
+        assert!(motion(&frame, &frame).is_zero());
         for size in [Size::new(1, 1), Size::new(3, 2), Size::new(1, 900), Size::new(9, 9)] {
             let found = motion(&waves(size, 0.0, 0.0), &waves(size, 1.0, 0.0));
             assert!(found.at(0.0, 0.0).iter().all(|v| v.is_finite()));

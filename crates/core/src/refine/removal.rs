@@ -174,17 +174,17 @@ impl RemovalCosts {
 
     /// The removal cost of each candidate (of error, or of error with shape, whichever is larger) with its index, the
     /// cheapest first.
-    pub(super) fn prices(&self, weight: f64) -> Vec<(f64, usize)> {
-        let price = |c: &Candidate| {
+    pub(super) fn costs(&self, weight: f64) -> Vec<(f64, usize)> {
+        let cost_of = |c: &Candidate| {
             let cost = self.cost[c.vertex as usize];
             cost.total(weight).max(cost.error)
         };
-        let mut prices: Vec<_> = self.candidates.iter().map(price).zip(0..).collect();
+        let mut costs: Vec<_> = self.candidates.iter().map(cost_of).zip(0..).collect();
         let vertex = |place: usize| self.candidates[place].vertex;
-        prices.sort_unstable_by(|a, b| {
+        costs.sort_unstable_by(|a, b| {
             a.0.total_cmp(&b.0).then_with(|| vertex(a.1).cmp(&vertex(b.1)))
         });
-        prices
+        costs
     }
 }
 

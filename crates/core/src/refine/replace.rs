@@ -70,8 +70,14 @@ pub(super) fn replace(
     }
     let planned = limit * if pass.is_thorough() { 2 * PLANNED } else { PLANNED };
     let tried = if pass.is_stream() { (TRIED_FOR_TWO * limit).div_ceil(2) } else { planned };
-    let (leaving, openings) =
-        look([planned, tried], turn, surface, activity, (removals, errors), pass);
+    let (leaving, openings) = candidates_and_openings(
+        [planned, tried],
+        turn,
+        surface,
+        activity,
+        (removals, errors),
+        pass,
+    );
     let weight = pass.weight;
     let mut taken = std::mem::take(&mut removals.taken);
     taken.clear();
@@ -130,7 +136,7 @@ pub(super) fn replace(
 
 /// The candidates for removal with their costs and indices, the cheapest first, at most `planned`; and the openings
 /// in triangles with an error above the lowest cost, the best first, at most `tried`.
-fn look(
+fn candidates_and_openings(
     [planned, tried]: [usize; 2],
     turn: Turn,
     surface: &Surface,
@@ -151,14 +157,15 @@ fn look(
         },
     );
     // Costs and gains are the worse of error and error with shape: a change that pays does so in both.
-    let leaving = removals.prices(pass.weight);
+    let removals_by_cost = removals.costs(pass.weight);
     // A triangle with an error below the cost cannot gain more than it.
-    let price = leaving.first().map_or(f64::INFINITY, |&(price, _)| price);
-    let payers = worst.partition_point(|&(error, _)| error > price);
-    let mut openings = early.unwrap_or_else(|| openings(surface, activity, &worst[..payers], pass));
-    openings.retain(|opening| errors.of(opening.site.triangle()) > price);
+    let lowest = removals_by_cost.first().map_or(f64::INFINITY, |&(cost, _)| cost);
+    let promising = worst.partition_point(|&(error, _)| error > lowest);
+    let mut openings =
+        early.unwrap_or_else(|| openings(surface, activity, &worst[..promising], pass));
+    openings.retain(|opening| errors.of(opening.site.triangle()) > lowest);
     removals.worst = worst;
-    (leaving, openings)
+    (removals_by_cost, openings)
 }
 
 /// Fills `worst` with the errors and numbers of the `limit` open triangles of the largest errors, the worst first.

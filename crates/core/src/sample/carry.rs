@@ -28,7 +28,7 @@ impl Carrier {
     /// occlusions and where the picture leaves the frame, vertices move by half of the displacement, by a quarter, or
     /// not at all. Border vertices slide along their border; corners stay. A sound mesh stays sound.
     pub fn carry(&mut self, mesh: &mut Mesh, motion: &Motion) {
-        if motion.is_rest() {
+        if motion.is_zero() {
             return;
         }
         let Self { from, displacements, attempts, ends, triangles_around, pending } = self;
