@@ -134,7 +134,22 @@ impl Error {
 
     /// Whether the input ends before its data does.
     pub fn is_truncation(&self) -> bool {
-        self.io_kind() == Some(io::ErrorKind::UnexpectedEof)
+        self.is_decoding() && self.io_kind() == Some(io::ErrorKind::UnexpectedEof)
+    }
+
+    /// Whether the data of the input is damaged. What could not be read for another reason is not: a disk
+    /// or a decoder that failed, a file that is missing.
+    pub fn is_corruption(&self) -> bool {
+        self.is_decoding() && self.io_kind() == Some(io::ErrorKind::InvalidData)
+    }
+
+    /// Whether the input breaks off, because it ends too early or is damaged: what came before is sound.
+    pub fn breaks_off(&self) -> bool {
+        self.is_truncation() || self.is_corruption()
+    }
+
+    fn is_decoding(&self) -> bool {
+        matches!(self, Self::Input { .. } | Self::Frame { stage: Stage::Decode, .. })
     }
 
     /// A usage error.
@@ -184,6 +199,12 @@ impl Error {
         self.caused_by(io::Error::from(io::ErrorKind::UnexpectedEof))
     }
 
+    /// This error, marked as an input whose data is damaged.
+    #[must_use]
+    pub fn corrupt(self) -> Self {
+        self.caused_by(io::Error::from(io::ErrorKind::InvalidData))
+    }
+
     /// This error with the frame's number and the stage. Input errors already say both.
     #[must_use]
     pub fn at(self, frame: u64, stage: Stage) -> Self {
@@ -216,7 +237,12 @@ mod tests {
         assert_eq!(error.io_kind(), Some(io::ErrorKind::StorageFull));
         assert!(!error.is_truncation() && !error.is_usage());
         let short = Error::input_frame("a.y4m", 2, "is cut short").truncated();
-        assert!(short.is_truncation() && short.source().is_some());
+        assert!(short.is_truncation() && short.source().is_some() && short.breaks_off());
+        let damaged = Error::input("a.gif", "is broken").corrupt();
+        assert!(damaged.is_corruption() && !damaged.is_truncation() && damaged.breaks_off());
+        let gone = Error::input("a.gif", "is not there").caused_by(io::Error::from_raw_os_error(2));
+        assert!(!gone.breaks_off());
+        assert!(!Error::output("a.gif", "cannot be written").truncated().breaks_off());
         assert_eq!(Error::NoFrames.io_kind(), None);
     }
 

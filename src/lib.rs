@@ -75,6 +75,8 @@ use modules::*;
 pub use modules::*;
 
 pub use error::{Cause, Error, Result};
+#[cfg(feature = "ffmpeg")]
+pub use ffmpeg::FfmpegError;
 pub use ffmpeg::{Ffmpeg, Processes};
 pub use pipeline::{
     BudgetReport, Controls, DetailPolicy, Ending, FrameReport, Observer, Settings, StageTimes,

@@ -17,6 +17,7 @@ use std::time::Duration;
 use ffmpeg_sidecar::command::FfmpegCommand;
 
 use super::Ffmpeg;
+use super::failure::FfmpegError;
 use super::pipe::Pipe;
 use super::processes::{Processes, kill};
 use super::watch::{LONG_PATIENCE, READER_LIMIT, Watch, lock};
@@ -55,7 +56,7 @@ impl Child {
     ///
     /// # Errors
     /// When it cannot be started; for a missing program the message says how to get it.
-    pub(crate) fn ffmpeg(ffmpeg: &Ffmpeg, args: &[OsString]) -> Result<Self, String> {
+    pub(crate) fn ffmpeg(ffmpeg: &Ffmpeg, args: &[OsString]) -> Result<Self, FfmpegError> {
         Self::spawn(&ffmpeg.ffmpeg(), args, &ffmpeg.processes)
     }
 
@@ -63,13 +64,17 @@ impl Child {
     ///
     /// # Errors
     /// As [`Child::ffmpeg`].
-    pub(crate) fn ffprobe(ffmpeg: &Ffmpeg, args: &[OsString]) -> Result<Self, String> {
+    pub(crate) fn ffprobe(ffmpeg: &Ffmpeg, args: &[OsString]) -> Result<Self, FfmpegError> {
         Self::spawn(&ffmpeg.ffprobe(), args, &ffmpeg.processes)
     }
 
     /// Starts `program`, all three pipes ours, in a process group of its own: a Ctrl-C in the
     /// terminal is for us to act on, and must not end an encoder before it can finish its file.
-    fn spawn(program: &Path, args: &[OsString], processes: &Processes) -> Result<Self, String> {
+    fn spawn(
+        program: &Path,
+        args: &[OsString],
+        processes: &Processes,
+    ) -> Result<Self, FfmpegError> {
         let mut command = FfmpegCommand::new_with_path(program);
         // The crate puts `-loglevel level+info` in front: ours comes later and counts.
         command.args(args.iter().map(OsString::as_os_str));
@@ -80,7 +85,7 @@ impl Child {
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         spawn_patiently(&mut command, processes)
             .and_then(|inner| Self::watched(inner, processes.clone()))
-            .map_err(|error| no_start(program, &error))
+            .map_err(|error| no_start(program, error))
     }
 
     fn watched(mut inner: std::process::Child, processes: Processes) -> io::Result<Self> {
@@ -169,8 +174,14 @@ impl Child {
         })
     }
 
-    /// Why the child failed: its own last words, or how it ended. Called after [`Child::wait`].
-    pub(crate) fn last_words(&self) -> String {
+    /// Why the child failed: its own last words, or how it ended. Called after [`Child::wait`]. `from_network` is
+    /// whether it reads from one.
+    pub(crate) fn failure(&self, from_network: bool) -> FfmpegError {
+        let hung = self.watch.hung.load(Ordering::Relaxed) > 0;
+        FfmpegError::ended(self.last_words(), self.status, hung, from_network)
+    }
+
+    fn last_words(&self) -> String {
         let said = self.said();
         let hung = self.watch.hung.load(Ordering::Relaxed);
         let mut text = if hung > 0 {
@@ -254,15 +265,17 @@ fn spawn_patiently(
     processes.start(command)
 }
 
-fn no_start(program: &Path, error: &io::Error) -> String {
+fn no_start(program: &Path, error: io::Error) -> FfmpegError {
     let name = program.display();
-    if error.kind() == io::ErrorKind::NotFound {
-        return format!(
+    let words = if error.kind() == io::ErrorKind::NotFound {
+        format!(
             "'{name}' was not found, and video needs it: install it (apt-get install ffmpeg, brew \
              install ffmpeg) or name it with --ffmpeg PATH"
-        );
-    }
-    format!("'{name}' cannot be run: {error}; name another with --ffmpeg PATH")
+        )
+    } else {
+        format!("'{name}' cannot be run: {error}; name another with --ffmpeg PATH")
+    };
+    FfmpegError::new(words).caused_by(error)
 }
 
 /// Reads `stderr` to its end and keeps the last lines.
@@ -372,7 +385,10 @@ mod tests {
     #[test]
     fn a_missing_program_is_told_with_its_cure() {
         let ffmpeg = Ffmpeg::from(std::path::PathBuf::from("/nowhere/ffmpeg"));
-        let text = Child::ffmpeg(&ffmpeg, &[]).err().expect("it is missing");
+        let error = Child::ffmpeg(&ffmpeg, &[]).err().expect("it is missing");
+        let error = crate::Error::input("a.mp4", error.to_string()).caused_by(error);
+        assert_eq!(error.io_kind(), Some(io::ErrorKind::NotFound));
+        let text = error.to_string();
         assert!(text.contains("apt-get install ffmpeg") && text.contains("--ffmpeg"), "{text}");
     }
 }

@@ -6,6 +6,8 @@ pub(crate) mod child;
 #[cfg(feature = "ffmpeg")]
 pub(crate) mod command;
 #[cfg(feature = "ffmpeg")]
+mod failure;
+#[cfg(feature = "ffmpeg")]
 mod fields;
 #[cfg(feature = "ffmpeg")]
 pub(crate) mod formats;
@@ -30,6 +32,8 @@ pub(crate) mod tracks;
 #[cfg(feature = "ffmpeg")]
 mod watch;
 
+#[cfg(feature = "ffmpeg")]
+pub use failure::FfmpegError;
 #[cfg(feature = "ffmpeg")]
 pub(crate) use pipe::Pipe;
 pub use processes::Processes;

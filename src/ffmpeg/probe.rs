@@ -126,8 +126,10 @@ fn run(path: &Path, ffmpeg: &Ffmpeg, options: &[&str], entries: &str) -> Result<
     args.extend(arguments([&"-show_entries", &entries]));
     args.extend(input_format(path));
     args.extend([OsString::from("-i"), address(path)]);
-    let mut probe = Child::ffprobe(ffmpeg, &args).map_err(fail)?;
-    if is_url(path) || is_camera(path) {
+    let mut probe =
+        Child::ffprobe(ffmpeg, &args).map_err(|error| fail(error.to_string()).caused_by(error))?;
+    let from_network = is_url(path) || is_camera(path);
+    if from_network {
         probe.be_patient();
     }
     let mut answer = String::new();
@@ -139,7 +141,8 @@ fn run(path: &Path, ffmpeg: &Ffmpeg, options: &[&str], entries: &str) -> Result<
     }
     let status = probe.wait().map_err(|error| fail(format!("ffprobe: {error}")))?;
     if !status.success() {
-        return Err(fail(unreadable(path, &probe.last_words())));
+        let error = probe.failure(from_network);
+        return Err(fail(unreadable(path, error.words())).caused_by(error));
     }
     serde_json::from_str(&answer).map_err(|error| fail(format!("ffprobe's answer: {error}")))
 }
@@ -200,7 +203,8 @@ pub(crate) fn probe(path: &Path, ffmpeg: &Ffmpeg) -> Result<Probed> {
         alpha_stream(&answer, stream).ok_or_else(|| {
             Error::input(
                 path,
-                "has transparency that this ffmpeg does not read (9 does): convert it to PNG first",
+                "has transparency that this ffmpeg does not read: name a newer one with --ffmpeg PATH (9 reads it), \
+                 or convert it first, for instance by avifdec IN.avif OUT.png (libavif)",
             )
         })
     });

@@ -77,7 +77,7 @@ pub fn survey(
                     let _ = back_tx.try_send(frame);
                     seen();
                 }
-                Err(error @ Error::Input { .. }) if allow_truncated && shots.frames > 0 => {
+                Err(error) if allow_truncated && shots.frames > 0 && error.breaks_off() => {
                     truncated = Some(error);
                     break;
                 }

@@ -82,7 +82,8 @@ pub struct Settings {
     /// Whether the source is live: frames that find no room are dropped, the newest is kept.
     /// Default `false`.
     pub live: bool,
-    /// Whether an input that is cut short still gives an output, of the frames before. Default `false`.
+    /// Whether an input that [breaks off](crate::Error::breaks_off) still gives an output, of the frames before.
+    /// Default `false`.
     pub allow_truncated: bool,
 }
 

@@ -22,7 +22,7 @@ pub(super) struct SinkLoop<'a> {
     pub(super) buffers: Sender<Buffers>,
     /// The user's request to stop.
     pub(super) stop: &'a Stop,
-    /// Whether an input that is cut short still gives an output, of the frames before.
+    /// Whether an input that breaks off still gives an output, of the frames before.
     pub(super) keep_truncated: bool,
 }
 
@@ -35,7 +35,7 @@ impl SinkLoop<'_> {
             let Painted { mut report, picture, origin, .. } = match hop {
                 Ok(hop) if hop.is_warmup => continue,
                 Ok(hop) => hop,
-                Err(error) if self.keep_truncated && written > 0 && is_truncation(&error) => {
+                Err(error) if self.keep_truncated && written > 0 && error.breaks_off() => {
                     return self.finish(Ending::Truncated(error));
                 }
                 Err(error) => return Err(error),
@@ -70,9 +70,4 @@ impl SinkLoop<'_> {
             done => done.map(|()| ending),
         }
     }
-}
-
-/// Whether `error` means that the input was cut short, rather than that a stage failed.
-fn is_truncation(error: &Error) -> bool {
-    matches!(error, Error::Input { .. } | Error::Frame { stage: Stage::Decode, .. })
 }

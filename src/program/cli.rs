@@ -179,7 +179,7 @@ pub(crate) struct InputArgs {
     /// Memory that decoding may take: larger pictures are refused; 512M, 4G, or bytes [default: 1G]
     #[arg(long, value_name = "SIZE", value_parser = amount::bytes)]
     max_memory: Option<u64>,
-    /// Keep what can be read of an input that breaks off [default: fail]
+    /// Keep what can be read of an input that breaks off or is damaged [default: fail]
     #[arg(long)]
     pub(crate) allow_truncated: bool,
     /// The ffmpeg program that reads and writes video [default: the one on the search path]

@@ -88,7 +88,7 @@ pub(crate) fn render_for(
     let sink_options = sink_options(args, &options, &input, interrupt)?;
     let sink = create_sink(args, output, &info, &options, &sink_options)?;
     sink.needs().adapt(&mut options);
-    let mut warnings = sink.warnings().to_vec();
+    let mut warnings = [input.warnings(), sink.warnings()].concat();
     if !to_video && info.colour.as_ref().is_some_and(is_hdr) {
         warnings.push(HDR_STAYS.to_owned());
     }

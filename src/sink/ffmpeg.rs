@@ -9,12 +9,12 @@ use std::path::Path;
 use std::process::ChildStdin;
 
 use crate::colour::{Coding, Form, Layout};
-use crate::error::{Error, Result};
+use crate::error::{Cause, Error, Result};
 use crate::ffmpeg::child::Child;
 use crate::ffmpeg::command::{self, arguments};
 use crate::ffmpeg::nut::NutWriter;
 use crate::ffmpeg::probe::{probe_lead, probe_packet};
-use crate::ffmpeg::{Ffmpeg, Pipe};
+use crate::ffmpeg::{Ffmpeg, FfmpegError, Pipe};
 use crate::frame::{Buffers, Colorimetry, Rational, Rgba, check_size};
 use crate::geom::Size;
 use crate::sink::codec::Encoder;
@@ -138,7 +138,8 @@ impl VideoSink {
         args.extend(along.iter().flat_map(|streams| streams.along()));
         let along = along.is_some();
         let fail = |what: String| Error::output(path, what);
-        let mut child = Child::ffmpeg(ffmpeg, &args).map_err(fail)?;
+        let mut child = Child::ffmpeg(ffmpeg, &args)
+            .map_err(|error| fail(error.to_string()).caused_by(error))?;
         if options.gives_way {
             // When the stages before it have to wait for their turn it runs dry, and then a core has
             // nothing to do.
@@ -185,11 +186,11 @@ impl VideoSink {
     /// Why the encoder takes no more frames.
     fn fallen(&mut self) -> Error {
         self.writer = None;
-        let words = match self.child.wait() {
-            Ok(_) => self.child.last_words(),
-            Err(error) => error.to_string(),
+        let error = match self.child.wait() {
+            Ok(_) => self.child.failure(false),
+            Err(error) => FfmpegError::new(error.to_string()).caused_by(error),
         };
-        Error::output(self.place.named(), format!("the encoder failed: {words}"))
+        Error::output(self.place.named(), format!("the encoder failed: {error}")).caused_by(error)
     }
 
     /// Where the sound ends, if before its own end: with the picture where that was asked to end
@@ -243,9 +244,9 @@ impl VideoSink {
         if first == Rational::ZERO && self.streams.as_ref().is_none_or(heard) && last.is_none() {
             return Ok(None);
         }
-        let fail = |words: String| {
-            let what = format!("the file could not be completed: {words}");
-            Error::output(self.place.named(), what)
+        let fail = |cause: Cause| {
+            let what = format!("the file could not be completed: {cause}");
+            Error::output(self.place.named(), what).caused_by(cause)
         };
         let ffmpeg = &self.ffmpeg;
         let completed = self.place.another()?;
@@ -258,14 +259,14 @@ impl VideoSink {
             lead: Rational::ZERO,
         };
         if self.along {
-            picture.lead = probe_lead(picture.path, ffmpeg).map_err(|e| fail(e.to_string()))?;
+            picture.lead = probe_lead(picture.path, ffmpeg).map_err(|e| fail(e.into()))?;
         }
         let sound = self.streams.as_ref().map(|streams| Beside {
             streams,
             end: self.sound_end(streams),
             options: &self.sound_args,
         });
-        remux(&picture, sound.as_ref(), completed.path(), ffmpeg).map_err(fail)?;
+        remux(&picture, sound.as_ref(), completed.path(), ffmpeg).map_err(|e| fail(e.into()))?;
         Ok(Some(completed))
     }
 }

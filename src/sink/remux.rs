@@ -8,9 +8,9 @@
 use std::ffi::OsString;
 use std::path::Path;
 
-use crate::ffmpeg::Ffmpeg;
 use crate::ffmpeg::child::Child;
 use crate::ffmpeg::command::{self, arguments, seconds};
+use crate::ffmpeg::{Ffmpeg, FfmpegError};
 use crate::frame::Rational;
 use crate::sink::codec::Container;
 use crate::sink::sound::Streams;
@@ -59,7 +59,7 @@ pub(crate) fn remux(
     sound: Option<&Beside<'_>>,
     to: &Path,
     ffmpeg: &Ffmpeg,
-) -> Result<(), String> {
+) -> Result<(), FfmpegError> {
     let container = picture.container;
     let mut args = arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning", &"-y"]);
     // ffmpeg moves the first stream of every input to 0; this moves the picture back.
@@ -84,13 +84,15 @@ pub(crate) fn remux(
     if sound.is_some_and(|sound| command::is_url(&sound.streams.source().path)) {
         ffmpeg.be_patient();
     }
-    let status = ffmpeg.wait().map_err(|error| error.to_string())?;
+    let status =
+        ffmpeg.wait().map_err(|error| FfmpegError::new(error.to_string()).caused_by(error))?;
     if status.success() && !ffmpeg.complained() {
         return Ok(());
     }
     // Complaints may come from damaged sound, which is no reason to lose the picture; a full disk is.
-    let words = ffmpeg.last_words();
-    if status.success() && !words.contains("No space left") { Ok(()) } else { Err(words) }
+    let error = ffmpeg.failure(false);
+    let full = error.words().contains("No space left");
+    if status.success() && !full { Ok(()) } else { Err(error) }
 }
 
 /// Options that leave the times of streams where they are, and, if `alone`, take over the picture and nothing else.
@@ -116,6 +118,8 @@ fn lengthen(last: &Last, picture: &Finished<'_>) -> String {
     // Half a millisecond before the start, to be safe from rounding.
     let (start, length) = (last.start.to_f64() - 5e-4, last.length.to_f64());
     let shown = format!("if(gte(PTS*TB\\,{start:.6})\\,{length:.6}/TB\\,DURATION)");
+    // No frame ends later: the latest end of all is the file's.
+    let shown = format!("min({shown}\\,{end:.6}/TB-PTS)");
     if !picture.container.is_quicktime() {
         return format!("setts=pts=PTS:dts=DTS:duration={shown}");
     }
@@ -124,8 +128,6 @@ fn lengthen(last: &Last, picture: &Finished<'_>) -> String {
     // To the end of the tables, but not beyond the end of the picture.
     let left = format!("{end:.6}/TB-STARTPTS-({decoded}-STARTDTS)");
     let left = format!("max({shown}\\,min({left}\\,{end:.6}/TB-PTS))");
-    // No other ends later either: ffmpeg 9 takes the latest end of all.
-    let shown = format!("min({shown}\\,{end:.6}/TB-PTS)");
     format!(
         "setts=pts=PTS:dts=if(eq(N\\,{number})\\,{decoded}\\,DTS):duration=if(eq(N\\,{number})\\,{left}\\,{shown})"
     )

@@ -116,7 +116,7 @@ impl Streams {
         let extras = &self.tracks.extras;
         for (i, track) in extras.sound.iter().enumerate() {
             args.extend(arguments([&"-map", &format!("1:{}", track.index)]));
-            args.extend(metadata(&format!("-metadata:s:a:{i}"), &track.metadata));
+            args.extend(metadata(&format!("-metadata:s:a:{i}"), &titled(track, container)));
             if !container.takes_sound(&track.codec) {
                 args.extend(container.sound_encoder(i));
                 continue;
@@ -130,7 +130,7 @@ impl Streams {
         for (i, (track, encoder)) in self.subtitles.iter().enumerate() {
             args.extend(arguments([&"-map", &format!("1:{}", track.index)]));
             args.extend(arguments([&format!("-c:s:{i}"), encoder]));
-            args.extend(metadata(&format!("-metadata:s:s:{i}"), &track.metadata));
+            args.extend(metadata(&format!("-metadata:s:s:{i}"), &titled(track, container)));
         }
         args.extend(metadata("-metadata", &extras.metadata));
         let some = !chapters(&extras.chapters, self.source.start, end).is_empty();
@@ -156,6 +156,16 @@ impl Streams {
             moved(-seek)
         }
     }
+}
+
+/// The tags of `track`. In QuickTime's containers ffmpeg loses titles; players show the handler's name for one.
+fn titled(track: &MediaTrack, container: Container) -> Metadata {
+    let mut tags = track.metadata.clone();
+    let title = tags.iter().find(|(key, _)| key == "title").map(|(_, title)| title.clone());
+    if let Some(title) = title.filter(|_| container.is_quicktime()) {
+        tags.push(("handler_name".into(), title));
+    }
+    tags
 }
 
 /// Options `option` that set `pairs`.

@@ -8,7 +8,7 @@ use image::ImageResult;
 
 use super::apng::Apng;
 use super::limit::Limit;
-use super::still::{broken, check_picture, cut_short, title};
+use super::still::{broken, check_picture, cut_short, found, title};
 use super::webp::WebP;
 use super::{Decoded, Input, Source, SourceOptions, fence};
 use crate::error::{Error, Result};
@@ -145,7 +145,8 @@ struct Animation {
 impl Source for Animation {
     fn next(&mut self) -> Result<Option<Decoded>> {
         let next = fence::run(self.format.word(), || self.frames.next());
-        let what = match next {
+        let failed = |what: String| Error::input_frame(&self.path, self.number, what);
+        Err(match next {
             Ok(Ok(Some((pixels, length)))) => {
                 let start = self.time;
                 self.time = start + length;
@@ -155,13 +156,10 @@ impl Source for Animation {
                 return Ok(Some(Decoded::new(frame, Span { start, length })));
             }
             Ok(Ok(None)) if self.complete => return Ok(None),
-            Ok(Err(e)) if self.complete => broken(&e, self.format.word()),
-            Err(what) => what,
-            _ => {
-                let what = cut_short(&title(self.format.word()), "frames are missing");
-                return Err(Error::input_frame(&self.path, self.number, what).truncated());
-            }
-        };
-        Err(Error::input_frame(&self.path, self.number, what))
+            Ok(Err(e)) if self.complete => found(failed(broken(&e, self.format.word())), &e),
+            // The decoder is at fault as well as the file: what it delivered before is not to be trusted.
+            Err(what) => failed(what),
+            _ => failed(cut_short(&title(self.format.word()), "frames are missing")).truncated(),
+        })
     }
 }

@@ -10,7 +10,7 @@ use super::animation::{Facts, Lengths};
 use super::canvas::{Area, Canvas, Disposal};
 use super::detect;
 use super::png::{self as decoder, Png, Rows};
-use super::profile::ToSrgb;
+use super::profile::{DeepToSrgb, ToSrgb};
 use crate::error::{Error, Result};
 use crate::frame::{Rational, Rgba};
 use crate::geom::Size;
@@ -130,6 +130,7 @@ pub(super) struct Apng {
     size: Size,
     frames: u64,
     to_srgb: Option<ToSrgb>,
+    deep_to_srgb: Option<DeepToSrgb>,
 }
 
 impl Apng {
@@ -138,13 +139,18 @@ impl Apng {
     /// # Errors
     /// When it cannot be read, or is broken.
     pub(super) fn open(path: &Path, size: Size, frames: u64) -> Result<Self> {
-        let png = decoder::open(path, frames)?;
+        let (png, _) = decoder::open(path, frames)?;
         if decoder::size(&png) != size {
             return Err(Error::input(path, "has changed since its header was read; start again"));
         }
         let gray = !decoder::is_colour(&png);
-        let to_srgb = decoder::colour_space(&png).and_then(|space| ToSrgb::new(&space, gray));
-        Ok(Self { png, rows: Rows::default(), canvas: Canvas::new(size), size, frames, to_srgb })
+        let space = decoder::colour_space(&png);
+        // Frames are laid over each other as they are in the file, but of those of 16 bits that would lose levels.
+        let (space, deep) = if decoder::is_deep(&png) { (None, space) } else { (space, None) };
+        let to_srgb = space.and_then(|space| ToSrgb::new(&space, gray));
+        let deep_to_srgb = deep.and_then(|space| DeepToSrgb::new(&space, gray));
+        let (rows, canvas) = (Rows::default(), Canvas::new(size));
+        Ok(Self { png, rows, canvas, size, frames, to_srgb, deep_to_srgb })
     }
 
     /// The next frame and its duration; `None` after the last one.
@@ -167,7 +173,7 @@ impl Apng {
             DisposeOp::Previous => Disposal::Previous,
         };
         self.canvas.begin(area, disposal);
-        let drawn = self.rows.pixels(&self.png, size);
+        let drawn = self.rows.pixels(&self.png, size, self.deep_to_srgb.as_ref());
         match frame.blend_op {
             BlendOp::Source => self.canvas.draw(area, &drawn, |new, _| new),
             BlendOp::Over => self.canvas.draw(area, &drawn, over),

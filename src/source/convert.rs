@@ -4,11 +4,16 @@ use std::path::Path;
 
 use image::{ColorType, ImageDecoder, ImageError, ImageFormat};
 
+use super::deep;
 use super::png::{self, Rows};
+use super::profile::DeepToSrgb;
 use super::still::{title, word};
 use crate::error::{Error, Result};
 use crate::frame::Rgba;
 use crate::geom::Size;
+
+/// Pixels of 16 bits that are converted at once.
+const PIECE: usize = 1 << 14;
 
 /// Converts what was read; called only if the pixels are used.
 pub(super) type Convert<'a> = Box<dyn FnOnce() -> Result<Vec<Rgba>> + 'a>;
@@ -17,10 +22,11 @@ pub(super) type Convert<'a> = Box<dyn FnOnce() -> Result<Vec<Rgba>> + 'a>;
 pub(super) fn decode_png<'a>(
     mut decoder: png::Png,
     size: Size,
+    to_srgb: Option<DeepToSrgb>,
 ) -> (Result<(), ImageError>, Convert<'a>) {
     let mut rows = Rows::default();
     let read = rows.read(&mut decoder);
-    (read, Box::new(move || Ok(rows.pixels(&decoder, size))))
+    (read, Box::new(move || Ok(rows.pixels(&decoder, size, to_srgb.as_ref()))))
 }
 
 /// Reads a picture with a decoder of the crate `image`, and returns how to convert it. After an error the part before
@@ -32,6 +38,7 @@ pub(super) fn decode_image<'a>(
     path: &'a Path,
     decoder: Box<dyn ImageDecoder + 'a>,
     format: ImageFormat,
+    to_srgb: Option<DeepToSrgb>,
 ) -> Result<(Result<(), ImageError>, Convert<'a>)> {
     let colour = decoder.color_type();
     let bytes = usize::try_from(decoder.total_bytes())
@@ -43,6 +50,10 @@ pub(super) fn decode_image<'a>(
     }
     let mut raw = vec![0; bytes];
     let read = decoder.read_image_boxed(&mut raw);
+    if is_deep(colour) {
+        let convert = move || Ok(from_deep(&raw, colour.channel_count().into(), to_srgb.as_ref()));
+        return Ok((read, Box::new(convert)));
+    }
     Ok((read, Box::new(move || to_rgba(path, colour, &raw, format))))
 }
 
@@ -56,25 +67,29 @@ pub(super) fn decoded<'a>(
     }
 }
 
-/// Pixels of any layout as 8-bit RGBA; 16-bit values are rounded to the nearest.
+/// Whether samples have 16 bits.
+pub(super) fn is_deep(colour: ColorType) -> bool {
+    matches!(colour, ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16)
+}
+
+/// Pixels of 16 bits a channel as 8-bit RGBA.
+fn from_deep(raw: &[u8], channels: usize, to_srgb: Option<&DeepToSrgb>) -> Vec<Rgba> {
+    let mut pixels = Vec::with_capacity(raw.len() / (2 * channels));
+    for piece in raw.chunks(2 * channels * PIECE) {
+        let values = piece.as_chunks().0.iter().map(|&bytes| u16::from_ne_bytes(bytes));
+        deep::push(&mut pixels, &values.collect::<Vec<u16>>(), channels, to_srgb);
+    }
+    pixels
+}
+
+/// Pixels of any other layout as 8-bit RGBA.
 fn to_rgba(path: &Path, colour: ColorType, raw: &[u8], format: ImageFormat) -> Result<Vec<Rgba>> {
-    let narrow = |v: [u8; 2]| ((u32::from(u16::from_ne_bytes(v)) + 128) / 257) as u8;
     let float = |v: [u8; 4]| (f32::from_ne_bytes(v).clamp(0.0, 1.0) * 255.0).round() as u8;
     Ok(match colour {
         ColorType::L8 => raw.iter().map(|&v| [v, v, v, 255]).collect(),
         ColorType::La8 => raw.as_chunks().0.iter().map(|&[v, a]| [v, v, v, a]).collect(),
         ColorType::Rgb8 => raw.as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect(),
         ColorType::Rgba8 => raw.as_chunks().0.to_vec(),
-        ColorType::L16 | ColorType::La16 | ColorType::Rgb16 | ColorType::Rgba16 => {
-            let values: Vec<u8> = raw.as_chunks().0.iter().map(|&v| narrow(v)).collect();
-            let narrow = match colour {
-                ColorType::L16 => ColorType::L8,
-                ColorType::La16 => ColorType::La8,
-                ColorType::Rgb16 => ColorType::Rgb8,
-                _ => ColorType::Rgba8,
-            };
-            return to_rgba(path, narrow, &values, format);
-        }
         ColorType::Rgb32F | ColorType::Rgba32F => {
             let values: Vec<u8> = raw.as_chunks().0.iter().map(|&v| float(v)).collect();
             let narrow =

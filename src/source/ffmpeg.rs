@@ -16,7 +16,7 @@ use crate::ffmpeg::child::Child;
 use crate::ffmpeg::command::{arguments, is_camera, is_url};
 use crate::ffmpeg::nut::NutReader;
 use crate::ffmpeg::probe::{Pixels, Probed, probe};
-use crate::ffmpeg::{Ffmpeg, Pipe};
+use crate::ffmpeg::{Ffmpeg, FfmpegError, Pipe};
 use crate::frame::{Buffers, Frame, Rational};
 use crate::source::decode;
 use crate::source::{Decoded, Input, Sound, Source, SourceOptions};
@@ -123,7 +123,8 @@ impl Video {
 
     /// The same, not necessarily from the beginning if frames from `start` on are wanted.
     fn start_before(&self, start: Rational) -> Result<VideoSource> {
-        self.start_at(self.place(start)).map_err(|what| Error::input(&self.path, what))
+        self.start_at(self.place(start))
+            .map_err(|error| Error::input(&self.path, error.to_string()).caused_by(error))
     }
 
     /// As [`place`], in this container.
@@ -132,14 +133,16 @@ impl Video {
     }
 
     /// The same, from so many `seconds` after the first stream's beginning on.
-    fn start_at(&self, seconds: i64) -> Result<VideoSource, String> {
+    fn start_at(&self, seconds: i64) -> Result<VideoSource, FfmpegError> {
         let Probed { info, track, .. } = &self.probed;
         let mut child =
             Child::ffmpeg(&self.ffmpeg, &decode::track(&self.path, info, track, seconds))?;
         if is_address(&self.path) {
             child.be_patient();
         }
-        let stdout = child.stdout().ok_or("ffmpeg came without standard output")?;
+        let stdout = child
+            .stdout()
+            .ok_or_else(|| FfmpegError::new("ffmpeg came without standard output"))?;
         let stdout = BufReader::with_capacity(BUFFER, stdout);
         Ok(VideoSource { stdout: Some(stdout), place: seconds, ..self.source(child) })
     }
@@ -168,9 +171,11 @@ impl Video {
 /// Whether `ffmpeg` can bring HDR to SDR: it does so with one small picture.
 fn has_filters(ffmpeg: &Ffmpeg) -> bool {
     let mut args = arguments([&"-nostdin", &"-v", &"error", &"-f", &"lavfi", &"-i"]);
-    let picture = "color=s=16x16:d=0.04,format=yuv420p10le,\
-        setparams=color_trc=smpte2084:color_primaries=bt2020:colorspace=bt2020nc:range=tv";
-    args.extend(arguments([&picture, &"-vf", &decode::TO_SDR, &"-f", &"null", &"-"]));
+    // Tagged behind the source: ffmpeg 5.1 takes no tags from one.
+    let tags = "setparams=color_trc=smpte2084:color_primaries=bt2020:colorspace=bt2020nc:range=tv";
+    let filters = format!("{tags},{}", decode::TO_SDR);
+    args.extend(arguments([&"color=s=16x16:d=0.04,format=yuv420p10le", &"-vf", &filters]));
+    args.extend(arguments([&"-f", &"null", &"-"]));
     let ended = Child::ffmpeg(ffmpeg, &args).map(|mut child| child.wait());
     matches!(ended, Ok(Ok(status)) if status.success())
 }
@@ -196,7 +201,7 @@ pub struct VideoSource {
     /// Of a frame that came back.
     buffers: Buffers,
     /// How it ended, once it has: what is wrong, if anything.
-    outcome: Option<Result<(), String>>,
+    outcome: Option<Result<(), FfmpegError>>,
     /// Frames before this moment are not wanted.
     from: Rational,
     delivered: u64,
@@ -259,7 +264,7 @@ impl VideoSource {
     fn start_over(&mut self) {
         match self.video.start_at(0) {
             Ok(source) => *self = Self { from: self.from, ..source },
-            Err(what) => (self.place, self.outcome) = (0, Some(Err(what))),
+            Err(error) => (self.place, self.outcome) = (0, Some(Err(error))),
         }
     }
 
@@ -283,17 +288,21 @@ impl VideoSource {
 
     /// Whether the end of the pipe was the end of the video. ffmpeg exits with 0 after most
     /// truncated and damaged inputs, but it complains.
-    fn judge(&mut self, broken: Option<io::Error>) -> Result<(), String> {
-        let status = self.child.wait().map_err(|error| format!("ffmpeg: {error}"))?;
+    fn judge(&mut self, broken: Option<io::Error>) -> Result<(), FfmpegError> {
+        let status = self
+            .child
+            .wait()
+            .map_err(|error| FfmpegError::new(format!("ffmpeg: {error}")).caused_by(error))?;
         if !status.success() || self.child.complained() {
-            return Err(format!("the video is broken or cut short: {}", self.child.last_words()));
+            return Err(self.child.failure(is_address(&self.video.path)));
         }
         match broken {
-            // A stream without so much as a header: there was no frame at all.
             Some(error) if self.received > 0 => {
-                Err(format!("ffmpeg's output cannot be read: {error}"))
+                Err(FfmpegError::new(format!("its output cannot be read: {error}")))
             }
-            Some(_) => Err("not one frame could be decoded".into()),
+            // A stream without so much as a header: there was no frame at all.
+            Some(_) => Err(FfmpegError::new("not one frame could be decoded")
+                .caused_by(io::ErrorKind::InvalidData)),
             None => self.check_promise(),
         }
     }
@@ -301,7 +310,7 @@ impl VideoSource {
     /// Whether the frames reach the end that the container promises. ffmpeg takes some containers for
     /// complete wherever they end. A last frame that is held is no miss: only more than ten seconds,
     /// and more than twice any gap before, are missed, and only if frames are missing.
-    fn check_promise(&self) -> Result<(), String> {
+    fn check_promise(&self) -> Result<(), FfmpegError> {
         let (Some(end), Some(last)) = (self.video.probed.track.end, self.last_start) else {
             return Ok(());
         };
@@ -317,7 +326,23 @@ impl VideoSource {
             return Ok(());
         }
         let (last, end) = (last.to_f64(), end.to_f64());
-        Err(format!("the video is cut short: its last frame is at {last:.3} s of {end:.3} s"))
+        let words = format!("its last frame is at {last:.3} s of {end:.3} s");
+        Err(FfmpegError::new(words).caused_by(io::ErrorKind::UnexpectedEof))
+    }
+
+    /// The error of a video that did not end well.
+    fn failed(&self, error: FfmpegError) -> Error {
+        let fault = if error.is_truncation() {
+            "the video is cut short"
+        } else if error.is_corruption() {
+            "the video is damaged"
+        } else {
+            "ffmpeg failed"
+        };
+        let kept = self.delivered > 0 && (error.is_truncation() || error.is_corruption());
+        let help = if kept { "; keep what can be read with --allow-truncated" } else { "" };
+        let what = format!("{fault}: {error}{help}");
+        Error::input_frame(&self.video.path, self.delivered, what).caused_by(error)
     }
 
     /// The frame in `data`, in the memory of one that came back.
@@ -373,7 +398,7 @@ impl Source for VideoSource {
     fn next(&mut self) -> Result<Option<Decoded>> {
         let Some(raw) = self.ahead.take().or_else(|| self.wanted()) else {
             return match self.outcome.take() {
-                Some(Err(what)) => Err(Error::input_frame(&self.video.path, self.delivered, what)),
+                Some(Err(error)) => Err(self.failed(error)),
                 _ => Ok(None),
             };
         };

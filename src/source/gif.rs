@@ -17,7 +17,7 @@ use super::gif_blocks::{Blocks, Seen};
 use super::limit::Limit;
 use super::still::{check_picture, cut_short};
 use super::{Decoded, Input, Source, SourceOptions, detect, fence};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, copied};
 use crate::frame::{Frame, Rational, Rgba};
 use crate::geom::{MAX_SIDE, Size};
 use crate::stream::{Loops, Span, StreamInfo};
@@ -41,7 +41,8 @@ fn opened(path: &Path, options: &SourceOptions) -> Result<Input> {
     let facts = scan(path, limit)?;
     let still = facts.frames_begun == 1;
     if facts.frames == 0 && !options.allow_truncated {
-        return Err(Error::input(path, broken(&DecodingError::UnexpectedEof)));
+        let cut = DecodingError::UnexpectedEof;
+        return Err(found(Error::input(path, broken(&cut)), &cut));
     }
     // Most encoders declare a transparent colour, whether it occurs or not.
     let alpha = match facts.alpha {
@@ -101,7 +102,8 @@ fn decoder(path: &Path, skip: bool) -> Result<(Decoder, Rc<Seen>)> {
     // Sizes are checked before memory is taken for them.
     options.set_memory_limit(MemoryLimit::Unlimited);
     let (blocks, seen) = Blocks::new(detect::open(path)?);
-    let decoder = options.read_info(blocks).map_err(|e| Error::input(path, broken(&e)))?;
+    let decoder =
+        options.read_info(blocks).map_err(|e| found(Error::input(path, broken(&e)), &e))?;
     Ok((decoder, seen))
 }
 
@@ -117,7 +119,7 @@ fn scan(path: &Path, limit: Limit) -> Result<Facts> {
             Ok(None) => break begun,
             // Decoding will meet the same error, after the frames before it.
             Err(_) if begun > 0 => break begun - 1,
-            Err(e) => return Err(Error::input(path, broken(&e))),
+            Err(e) => return Err(found(Error::input(path, broken(&e)), &e)),
         };
         let area = area_of(frame);
         if begun == 0 {
@@ -183,6 +185,17 @@ fn broken(error: &DecodingError) -> String {
     }
 }
 
+/// The error `what` about an input, with its cause.
+fn found(what: Error, error: &DecodingError) -> Error {
+    match error {
+        DecodingError::UnexpectedEof => what.truncated(),
+        DecodingError::Io(e) => what.caused_by(copied(e)),
+        DecodingError::Format(_) | DecodingError::LzwError(_) => what.corrupt(),
+        DecodingError::EndCodeNotFound | DecodingError::DecoderNotFound => what.corrupt(),
+        _ => what,
+    }
+}
+
 struct Gif {
     decoder: Decoder,
     path: PathBuf,
@@ -214,7 +227,7 @@ impl Source for Gif {
             }
             Ok(None) => Ok(None),
             Err(Failure::Decoder(e)) => {
-                Err(Error::input_frame(&self.path, self.number, broken(&e)))
+                Err(found(Error::input_frame(&self.path, self.number, broken(&e)), &e))
             }
             Err(Failure::Short) => {
                 let what = cut_short("GIF", "this frame has less data than pixels");
@@ -222,7 +235,7 @@ impl Source for Gif {
             }
             Err(Failure::Size(size)) => {
                 let what = format!("claims {size} pixels, more than {MAX_SIDE} a side");
-                Err(Error::input_frame(&self.path, self.number, what))
+                Err(Error::input_frame(&self.path, self.number, what).corrupt())
             }
             Err(Failure::Memory(error)) => Err(error),
             Err(Failure::Panic(what)) => Err(Error::input_frame(&self.path, self.number, what)),

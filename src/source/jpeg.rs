@@ -49,7 +49,9 @@ impl Jpeg {
             Err(e) if e.kind() == ErrorKind::FileTooLarge => {
                 limit.check_bytes(path, limit.0 + (1 << 20), || "this JPEG".into())?;
             }
-            Err(e) => return Err(Error::input(path, format!("cannot be read: {e}"))),
+            Err(e) => {
+                return Err(Error::input(path, format!("cannot be read: {e}")).caused_by(e));
+            }
         }
         Ok(reader.jpeg)
     }

@@ -84,13 +84,16 @@ impl Source for MeshSource {
 }
 
 fn failed(path: &Path, frame: Option<u64>, error: ReadError) -> Error {
-    let truncated = matches!(error, ReadError::Truncated);
     let what = error.to_string();
     let input = match frame {
         Some(frame) => Error::input_frame(path, frame, what),
         None => Error::input(path, what),
     };
-    if truncated { input.truncated() } else { input.caused_by(error) }
+    match error {
+        ReadError::Truncated => input.truncated(),
+        ReadError::Io(_) | ReadError::Magic | ReadError::Version(_) => input.caused_by(error),
+        _ => input.caused_by(io::Error::new(io::ErrorKind::InvalidData, error)),
+    }
 }
 
 fn info<R: Read>(reader: &MeshReader<R>) -> StreamInfo {

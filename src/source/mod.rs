@@ -6,6 +6,7 @@ mod canvas;
 mod convert;
 #[cfg(feature = "ffmpeg")]
 pub(crate) mod decode;
+mod deep;
 mod delays;
 pub(crate) mod detect;
 mod expand;
@@ -164,6 +165,7 @@ pub struct Input {
     info: StreamInfo,
     sound: Option<Sound>,
     repeats: bool,
+    warnings: Vec<String>,
     start: Starter,
 }
 
@@ -181,12 +183,18 @@ impl Input {
         start: impl FnMut() -> Result<Box<dyn Source>> + Send + 'static,
     ) -> Self {
         let repeats = !info.live;
-        Self { paths, info, sound: None, repeats, start: Box::new(start) }
+        Self { paths, info, sound: None, repeats, warnings: Vec::new(), start: Box::new(start) }
     }
 
     /// The same for inputs that can be read only once: a pipe.
     pub(crate) fn once(self) -> Self {
         Self { repeats: false, ..self }
+    }
+
+    /// The same with what the user should know about it.
+    pub(crate) fn with_warning(mut self, warning: Option<String>) -> Self {
+        self.warnings.extend(warning);
+        self
     }
 
     /// The same with sound.
@@ -208,6 +216,11 @@ impl Input {
     /// The sound of the part that is read, if it can be read alongside the frames.
     pub fn sound(&self) -> Option<&Sound> {
         self.sound.as_ref()
+    }
+
+    /// What of the input is left out, in sentences.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Makes the decoder. Call it on the thread that will decode.

@@ -1,40 +1,134 @@
 //! PNG, still or animated, through the `png` crate: pictures, frames, and what chunks say of colours.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use image::error::{DecodingError, LimitError, LimitErrorKind};
 use image::{ImageError, ImageFormat};
 use png::{BitDepth, ColorType, Decoder, Limits, Reader, Transformations};
 
+use super::apng::fill;
+use super::deep;
 use super::detect;
 use super::limit::METADATA;
-use super::profile::{ColourSpace, Primaries};
-use super::still::broken;
+use super::profile::{ColourSpace, DeepToSrgb, Primaries};
+use super::still::{broken, found};
 use crate::error::{Error, Result};
 use crate::frame::Rgba;
 use crate::geom::Size;
 
 /// The decoder of one file.
-pub(super) type Png = Reader<BufReader<File>>;
+pub(super) type Png = Reader<BufReader<Chunks>>;
+
+/// What is said of a PNG whose metadata is left out.
+const LIGHT: &str = "its metadata takes more than 8 MiB and is ignored: colours are taken for sRGB, and the picture \
+    for upright";
 
 /// Opens the PNG in `path`, whose animation has at most `frames` frames; all before its first picture is
-/// read. Samples come as 8 or 16 bits, palettes as colours.
+/// read. Samples come as 8 or 16 bits, palettes as colours. Metadata that takes too much memory is left out, which is
+/// said.
 ///
 /// # Errors
 /// When it cannot be read, or is broken.
-pub(super) fn open(path: &Path, frames: u64) -> Result<Png> {
-    let mut decoder = Decoder::new(BufReader::new(detect::open(path)?));
+pub(super) fn open(path: &Path, frames: u64) -> Result<(Png, Option<&'static str>)> {
+    let failed = |e| {
+        let e = fault(e);
+        found(Error::input(path, broken(&e, "png")), &e)
+    };
+    match opened(detect::open(path)?, frames, false) {
+        Err(png::DecodingError::LimitsExceeded) => {}
+        read => return read.map(|png| (png, None)).map_err(failed),
+    }
+    opened(detect::open(path)?, frames, true).map(|png| (png, Some(LIGHT))).map_err(failed)
+}
+
+fn opened(file: File, frames: u64, light: bool) -> std::result::Result<Png, png::DecodingError> {
+    let mut decoder = Decoder::new(BufReader::new(Chunks { file, light, state: State::Start }));
+    decoder.set_ignore_iccp_chunk(light);
     decoder.set_transformations(Transformations::EXPAND);
     decoder.set_ignore_text_chunk(true);
-    let failed = |e| Error::input(path, broken(&fault(e), "png"));
-    let width = decoder.read_header_info().map_err(failed)?.width;
+    let width = decoder.read_header_info()?.width;
     // The decoder counts a row, of up to 8 bytes a pixel, for every frame, and metadata.
     let rows = (frames + 4) * 8 * u64::from(width);
     let bytes = usize::try_from(METADATA + rows).unwrap_or(usize::MAX);
     decoder.set_limits(Limits { bytes });
-    decoder.read_info().map_err(failed)
+    decoder.read_info()
+}
+
+/// A PNG's bytes, without EXIF data if it is to be `light`.
+#[derive(Debug)]
+pub(super) struct Chunks {
+    file: File,
+    light: bool,
+    state: State,
+}
+
+/// What of a PNG comes next.
+#[derive(Clone, Copy, Debug)]
+enum State {
+    /// The signature, which has as many bytes as a chunk's header.
+    Start,
+    /// The header of a chunk.
+    Header,
+    /// So much of a header that was read, from a place on.
+    Given([u8; 8], usize),
+    /// So many bytes of a chunk.
+    Data(u64),
+}
+
+impl Read for Chunks {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if !self.light {
+            return self.file.read(buffer);
+        }
+        loop {
+            match self.state {
+                State::Given(header, from) => {
+                    let count = (&header[from..]).read(buffer)?;
+                    self.state = match from + count {
+                        8 if header == SIGNATURE => State::Header,
+                        8 => State::Data(u64::from(length(header)) + 4),
+                        given => State::Given(header, given),
+                    };
+                    return Ok(count);
+                }
+                State::Data(0) => self.state = State::Header,
+                State::Data(left) => {
+                    let count = (&mut self.file).take(left).read(buffer)?;
+                    self.state = State::Data(left - count as u64);
+                    return Ok(count);
+                }
+                State::Start | State::Header => {
+                    let mut header = [0; 8];
+                    if !fill(&mut self.file, &mut header)? {
+                        return Ok(0);
+                    }
+                    if matches!(self.state, State::Header) && &header[4..] == b"eXIf" {
+                        self.file.seek(SeekFrom::Current(i64::from(length(header)) + 4))?;
+                    } else {
+                        self.state = State::Given(header, 0);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What every PNG begins with.
+const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
+
+/// The length of a chunk's data.
+fn length(header: [u8; 8]) -> u32 {
+    let [a, b, c, d, ..] = header;
+    u32::from_be_bytes([a, b, c, d])
+}
+
+// The decoder asks for it and makes no use of it.
+impl Seek for Chunks {
+    fn seek(&mut self, _: SeekFrom) -> io::Result<u64> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
 }
 
 /// A fault of the decoder as one of the `image` crate, for its words.
@@ -64,6 +158,11 @@ pub(super) fn is_colour(png: &Png) -> bool {
     !matches!(png.output_color_type().0, ColorType::Grayscale | ColorType::GrayscaleAlpha)
 }
 
+/// Whether samples have 16 bits.
+pub(super) fn is_deep(png: &Png) -> bool {
+    png.output_color_type().1 == BitDepth::Sixteen
+}
+
 /// Whether pixels may be transparent.
 pub(super) fn has_alpha(png: &Png) -> bool {
     matches!(png.output_color_type().0, ColorType::Rgba | ColorType::GrayscaleAlpha)
@@ -91,8 +190,14 @@ impl Rows {
         read.map(|_| ()).map_err(fault)
     }
 
-    /// The upper left `size` of what was read, as RGBA.
-    pub(super) fn pixels(&mut self, png: &Png, size: Size) -> Vec<Rgba> {
+    /// The upper left `size` of what was read, as RGBA. Samples of 16 bits are converted by `to_srgb`, if there is
+    /// one, before they are rounded.
+    pub(super) fn pixels(
+        &mut self,
+        png: &Png,
+        size: Size,
+        to_srgb: Option<&DeepToSrgb>,
+    ) -> Vec<Rgba> {
         let layout = png.output_color_type();
         let whole = self.stride == size.width as usize && self.bytes.len() == size.pixels();
         if whole && layout == (ColorType::Rgba, BitDepth::Eight) {
@@ -102,23 +207,22 @@ impl Rows {
         let rows = self.bytes.as_flattened().chunks_exact(line.max(1)).take(size.height as usize);
         let mut pixels = Vec::with_capacity(size.pixels());
         for row in rows {
-            push_row(&mut pixels, row, layout, size.width as usize);
+            if layout.1 == BitDepth::Sixteen {
+                let channels = layout.0.samples();
+                let values = row.as_chunks().0.iter().take(channels * size.width as usize);
+                let values: Vec<u16> = values.map(|&bytes| u16::from_be_bytes(bytes)).collect();
+                deep::push(&mut pixels, &values, channels, to_srgb);
+            } else {
+                push_row(&mut pixels, row, layout.0, size.width as usize);
+            }
         }
         pixels
     }
 }
 
-/// Appends the first `width` pixels of `row`. 16-bit values are rounded to the nearest of 255.
-fn push_row(pixels: &mut Vec<Rgba>, row: &[u8], layout: (ColorType, BitDepth), width: usize) {
-    let narrowed;
-    let row = if layout.1 == BitDepth::Sixteen {
-        let narrow = |&v: &[u8; 2]| ((u32::from(u16::from_be_bytes(v)) + 128) / 257) as u8;
-        narrowed = row.as_chunks().0.iter().map(narrow).collect::<Vec<u8>>();
-        &narrowed[..]
-    } else {
-        row
-    };
-    match layout.0 {
+/// Appends the first `width` pixels of `row`, of 8 bits a sample.
+fn push_row(pixels: &mut Vec<Rgba>, row: &[u8], colour: ColorType, width: usize) {
+    match colour {
         ColorType::Grayscale => pixels.extend(row.iter().take(width).map(|&v| [v, v, v, 255])),
         ColorType::GrayscaleAlpha => {
             pixels.extend(row.as_chunks().0.iter().take(width).map(|&[v, a]| [v, v, v, a]));

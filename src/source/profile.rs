@@ -8,7 +8,7 @@ use std::sync::Arc;
 use moxcms::{
     Chromaticity, CicpColorPrimaries, CicpProfile, ColorPrimaries, ColorProfile, DataColorSpace,
     Layout, MatrixCoefficients, RenderingIntent, ToneReprCurve, TransferCharacteristics,
-    Transform8BitExecutor, TransformOptions,
+    Transform8BitExecutor, Transform16BitExecutor, TransformOptions,
 };
 use rayon::prelude::*;
 
@@ -94,14 +94,63 @@ impl ToSrgb {
     }
 }
 
-fn conversion(space: &ColourSpace, gray: bool) -> Option<ToSrgb> {
-    let profile = profile(space)?;
-    let options = TransformOptions {
+/// Converts pixels of 16 bits a channel to sRGB.
+pub(super) enum DeepToSrgb {
+    Rgb(Arc<Transform16BitExecutor>),
+    /// Of gray pictures: the new value for each.
+    Gray(Box<[u16]>),
+}
+
+impl DeepToSrgb {
+    /// As [`ToSrgb::new`].
+    pub(super) fn new(space: &ColourSpace, gray: bool) -> Option<Self> {
+        ToSrgb::new(space, gray)?;
+        fence::run("ICC profile", || deep_conversion(space)).ok().flatten()
+    }
+
+    /// `pixels` in sRGB. Alpha stays.
+    pub(super) fn converted(&self, mut pixels: Vec<[u16; 4]>) -> Vec<[u16; 4]> {
+        match self {
+            Self::Gray(table) => {
+                for [r, g, b, _] in &mut pixels {
+                    [*r, *g, *b] = [table[*r as usize]; 3];
+                }
+                pixels
+            }
+            Self::Rgb(transform) => {
+                let mut after = pixels.clone();
+                let done = transform.transform(pixels.as_flattened(), after.as_flattened_mut());
+                if done.is_ok() { after } else { pixels }
+            }
+        }
+    }
+}
+
+fn options() -> TransformOptions {
+    TransformOptions {
         rendering_intent: RenderingIntent::RelativeColorimetric,
         ..TransformOptions::default()
-    };
+    }
+}
+
+fn deep_conversion(space: &ColourSpace) -> Option<DeepToSrgb> {
+    let profile = profile(space)?;
+    let (srgb, options) =
+        (ColorProfile::new_srgb(), TransformOptions { prefer_fixed_point: false, ..options() });
+    let transform = |from| profile.create_transform_16bit(from, &srgb, Layout::Rgba, options).ok();
+    if profile.color_space == DataColorSpace::Rgb {
+        return Some(DeepToSrgb::Rgb(transform(Layout::Rgba)?));
+    }
+    let values: Vec<u16> = (0..=u16::MAX).collect();
+    let mut pixels = vec![[0; 4]; values.len()];
+    transform(Layout::Gray)?.transform(&values, pixels.as_flattened_mut()).ok()?;
+    Some(DeepToSrgb::Gray(pixels.iter().map(|pixel| pixel[0]).collect()))
+}
+
+fn conversion(space: &ColourSpace, gray: bool) -> Option<ToSrgb> {
+    let profile = profile(space)?;
     let srgb = ColorProfile::new_srgb();
-    let transform = |from| profile.create_transform_8bit(from, &srgb, Layout::Rgba, options).ok();
+    let transform = |from| profile.create_transform_8bit(from, &srgb, Layout::Rgba, options()).ok();
     let conversion = match profile.color_space {
         DataColorSpace::Rgb => ToSrgb::Rgb(transform(Layout::Rgba)?),
         DataColorSpace::Gray if gray => ToSrgb::Gray(gray_table(&*transform(Layout::Gray)?)?),

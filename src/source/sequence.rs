@@ -23,7 +23,8 @@ pub(crate) fn open_still(
     format: ImageFormat,
     options: &SourceOptions,
 ) -> Result<Input> {
-    let Header { size, alpha } = still::header(&path, format, Decoding::of(options))?;
+    let Header { size, alpha, left_out } = still::header(&path, format, Decoding::of(options))?;
+    let warning = left_out.map(|what| told(&path, what));
     let info = StreamInfo {
         format: still::word(format).into(),
         size,
@@ -37,7 +38,11 @@ pub(crate) fn open_still(
         live: false,
         colour: None,
     };
-    Ok(input(Arc::from([path]), info, None, options))
+    Ok(input(Arc::from([path]), info, None, options).with_warning(warning))
+}
+
+fn told(path: &Path, left_out: &str) -> String {
+    format!("{}: {left_out}", path.display())
 }
 
 /// Opens several pictures as a sequence. All headers are read now, so that a picture of another size is found before
@@ -51,13 +56,14 @@ pub(crate) fn open_sequence(paths: &[PathBuf], options: &SourceOptions) -> Resul
         return Err(Error::usage(format!("a rate of {rate} frames per second cannot be played")));
     };
     let mut first: Option<(&Path, Size, ImageFormat)> = None;
-    let mut alpha = false;
+    let (mut alpha, mut warning) = (false, None);
     for (number, path) in paths.iter().enumerate() {
         let number = number as u64;
         let format = picture(path).map_err(|e| at_frame(e, number))?;
         let header =
             still::header(path, format, Decoding::of(options)).map_err(|e| at_frame(e, number))?;
         alpha |= header.alpha;
+        warning = warning.or_else(|| Some(told(path, header.left_out?)));
         match first {
             None => first = Some((path, header.size, format)),
             Some((other, size, _)) => same_size(path, number, header.size, other, size)?,
@@ -79,7 +85,7 @@ pub(crate) fn open_sequence(paths: &[PathBuf], options: &SourceOptions) -> Resul
         live: false,
         colour: None,
     };
-    Ok(input(Arc::from(paths), info, Some(length), options))
+    Ok(input(Arc::from(paths), info, Some(length), options).with_warning(warning))
 }
 
 fn input(

@@ -6,13 +6,13 @@ use std::path::Path;
 use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits, RgbaImage};
 
-use super::convert::{decode_image, decode_png, decoded};
+use super::convert::{decode_image, decode_png, decoded, is_deep};
 use super::jpeg::Jpeg;
 use super::limit::{Limit, METADATA};
-use super::profile::{ColourSpace, ToSrgb};
+use super::profile::{ColourSpace, DeepToSrgb, ToSrgb};
 use super::tiff::{Extra, FewBits, Tags};
 use super::{SourceOptions, detect, fence, jpeg_fallback, png, tiff, webp};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, copied};
 use crate::frame::{Frame, Rgba, check_size};
 use crate::geom::{MAX_SIDE, Size};
 
@@ -23,6 +23,8 @@ pub(crate) struct Header {
     pub(crate) size: Size,
     /// Whether pixels may be transparent.
     pub(crate) alpha: bool,
+    /// What of the file is left out.
+    pub(crate) left_out: Option<&'static str>,
 }
 
 /// How pictures are decoded.
@@ -56,7 +58,7 @@ pub(crate) fn header(path: &Path, format: ImageFormat, how: Decoding) -> Result<
         | Orientation::Rotate270FlipH => Size::new(height, width),
         _ => opened.facts.size,
     };
-    Ok(Header { size, alpha: opened.facts.alpha })
+    Ok(Header { size, alpha: opened.facts.alpha, left_out: opened.left_out })
 }
 
 /// Decodes the picture in `path`.
@@ -142,6 +144,17 @@ pub(crate) fn broken(error: &ImageError, name: &str) -> String {
     }
 }
 
+/// The error `what` about an input, with its cause: the decoder found that its data ends too early or is broken,
+/// or failed.
+pub(crate) fn found(what: Error, error: &ImageError) -> Error {
+    match error {
+        _ if is_cut_short(error) => what.truncated(),
+        ImageError::IoError(e) => what.caused_by(copied(e)),
+        ImageError::Decoding(_) => what.corrupt(),
+        _ => what,
+    }
+}
+
 /// Whether the error is that the data ends too early.
 fn is_cut_short(error: &ImageError) -> bool {
     if let ImageError::IoError(e) = error {
@@ -180,6 +193,8 @@ struct Opened<'a> {
     pixels: Pixels<'a>,
     /// Which part is missing at its end, if any.
     missing: Option<&'static str>,
+    /// What of the file is left out.
+    left_out: Option<&'static str>,
 }
 
 /// Where pixels come from.
@@ -195,7 +210,7 @@ impl Opened<'_> {
         let mut opened = match format {
             ImageFormat::Png => open_png(path)?,
             ImageFormat::Jpeg => open_jpeg(path, limit, header)?,
-            ImageFormat::Tiff => open_tiff(path, limit)?,
+            ImageFormat::Tiff => open_tiff(path, limit, header)?,
             _ => Self::new(
                 decoder(path, BufReader::new(detect::open(path)?), format, limit)?,
                 format,
@@ -222,7 +237,7 @@ impl Opened<'_> {
             gray: !colour.has_color(),
             extra: Extra::Alpha,
         };
-        Opened { format, facts, pixels: Pixels::Image(decoder), missing: None }
+        Opened { format, facts, pixels: Pixels::Image(decoder), missing: None, left_out: None }
     }
 
     /// Bytes of memory for a pixel while it is decoded: in the decoder's format, twice if the decoder buffers the
@@ -241,12 +256,18 @@ impl Opened<'_> {
     }
 
     fn decode(self, path: &Path, allow_truncated: bool) -> Result<(Frame, Option<Error>)> {
-        let Self { format, facts, pixels, missing } = self;
+        let Self { format, mut facts, pixels, missing, .. } = self;
         let title = title(word(format));
         let missing = missing.map(|how| Error::input(path, cut_short(&title, how)).truncated());
         let (read, convert) = match pixels {
-            Pixels::Png(decoder) => decode_png(*decoder, facts.size),
-            Pixels::Image(decoder) => decode_image(path, decoder, format)?,
+            Pixels::Png(decoder) => {
+                let to_srgb = facts.deep(png::is_deep(&decoder));
+                decode_png(*decoder, facts.size, to_srgb)
+            }
+            Pixels::Image(decoder) => {
+                let to_srgb = facts.deep(is_deep(decoder.color_type()));
+                decode_image(path, decoder, format, to_srgb)?
+            }
             Pixels::Jpeg(bytes) => decoded(jpeg_fallback::decode(&bytes)),
             Pixels::FewBits(few_bits) => decoded(few_bits.decode()),
         };
@@ -254,10 +275,9 @@ impl Opened<'_> {
             Ok(()) => None,
             // For a truncated WebP the decoder reports only that it is broken.
             Err(e) if !is_cut_short(&e) => {
-                let broken = Error::input(path, broken(&e, word(format)));
-                return Err(missing.unwrap_or(broken));
+                return Err(missing.unwrap_or_else(|| failed(path, &e, format)));
             }
-            Err(e) => Some(Error::input(path, broken(&e, word(format))).truncated()),
+            Err(e) => Some(failed(path, &e, format)),
         };
         let cut = cut.or(missing);
         if let Some(error) = cut {
@@ -271,6 +291,15 @@ impl Opened<'_> {
 }
 
 impl Facts {
+    /// The conversion to sRGB of samples of 16 bits, if these are `deep`. [`Self::finished`] then does none.
+    fn deep(&mut self, deep: bool) -> Option<DeepToSrgb> {
+        // What is premultiplied has to be divided first.
+        if !deep || self.extra == Extra::Premultiplied {
+            return None;
+        }
+        DeepToSrgb::new(&self.space.take()?, self.gray)
+    }
+
     /// The frame of `pixels`: converted to sRGB, upright, with straight alpha.
     fn finished(self, path: &Path, mut pixels: Vec<Rgba>) -> Result<Frame> {
         let mut opaque = !self.alpha;
@@ -293,7 +322,8 @@ impl Facts {
             return Err(Error::input(
                 path,
                 "has fewer pixels than its header says; get another copy",
-            ));
+            )
+            .corrupt());
         };
         let mut image = DynamicImage::ImageRgba8(image);
         image.apply_orientation(self.orientation);
@@ -302,7 +332,7 @@ impl Facts {
 }
 
 fn open_png<'a>(path: &Path) -> Result<Opened<'a>> {
-    let decoder = png::open(path, 1)?;
+    let (decoder, left_out) = png::open(path, 1)?;
     let exif = decoder.info().exif_metadata.as_deref().and_then(Orientation::from_exif_chunk);
     let facts = Facts {
         size: png::size(&decoder),
@@ -313,7 +343,7 @@ fn open_png<'a>(path: &Path) -> Result<Opened<'a>> {
         extra: Extra::Alpha,
     };
     let pixels = Pixels::Png(Box::new(decoder));
-    Ok(Opened { format: ImageFormat::Png, facts, pixels, missing: None })
+    Ok(Opened { format: ImageFormat::Png, facts, pixels, missing: None, left_out })
 }
 
 fn open_jpeg<'a>(path: &Path, limit: Limit, header: bool) -> Result<Opened<'a>> {
@@ -329,15 +359,17 @@ fn open_jpeg<'a>(path: &Path, limit: Limit, header: bool) -> Result<Opened<'a>> 
     Ok(opened)
 }
 
-fn open_tiff<'a>(path: &Path, limit: Limit) -> Result<Opened<'a>> {
+fn open_tiff<'a>(path: &Path, limit: Limit, header: bool) -> Result<Opened<'a>> {
     let file = || detect::open(path).map(BufReader::new);
     let Tags { extra, space, gray, orientation, few_bits } =
         tiff::read(file()?, limit).map_err(|what| Error::input(path, what))?;
+    let left_out = (header && tiff::has_pages(file()?))
+        .then_some("it has several pages, of which the first is read");
     if let Some(few_bits) = few_bits {
         let orientation = Orientation::from_exif(orientation).unwrap_or(Orientation::NoTransforms);
         let facts = Facts { size: few_bits.size(), alpha: false, orientation, space, gray, extra };
         let pixels = Pixels::FewBits(few_bits);
-        return Ok(Opened { format: ImageFormat::Tiff, facts, pixels, missing: None });
+        return Ok(Opened { format: ImageFormat::Tiff, facts, pixels, missing: None, left_out });
     }
     let mut opened =
         Opened::new(decoder(path, file()?, ImageFormat::Tiff, limit)?, ImageFormat::Tiff);
@@ -345,6 +377,7 @@ fn open_tiff<'a>(path: &Path, limit: Limit) -> Result<Opened<'a>> {
     opened.facts.extra = if has_alpha { extra } else { Extra::Alpha };
     opened.facts.alpha = has_alpha && extra != Extra::Other;
     opened.facts.space = space;
+    opened.left_out = left_out;
     Ok(opened)
 }
 
@@ -360,6 +393,10 @@ fn decoder<'a, R: BufRead + Seek + 'a>(
     reader.limits(limits);
     match reader.into_decoder() {
         Ok(decoder) => Ok(Box::new(decoder)),
-        Err(e) => Err(Error::input(path, broken(&e, word(format)))),
+        Err(e) => Err(failed(path, &e, format)),
     }
+}
+
+fn failed(path: &Path, error: &ImageError, format: ImageFormat) -> Error {
+    found(Error::input(path, broken(error, word(format))), error)
 }

@@ -118,6 +118,20 @@ pub(super) fn read<R: BufRead + Seek + 'static>(reader: R, limit: Limit) -> Resu
     Ok(Tags { extra, space, gray, orientation, few_bits: file.few_bits(colour) })
 }
 
+/// Whether the TIFF that `reader` reads has another page, which is no smaller copy of the first.
+pub(super) fn has_pages<R: BufRead + Seek>(reader: R) -> bool {
+    let page = || {
+        let mut decoder = Decoder::new(reader)?;
+        if !decoder.more_images() {
+            return Ok(false);
+        }
+        decoder.next_image()?;
+        let kind = decoder.find_tag_unsigned::<u32>(Tag::NewSubfileType)?;
+        Ok::<_, TiffError>(kind.unwrap_or(0) & 1 == 0)
+    };
+    page().unwrap_or(false)
+}
+
 struct File<R: BufRead + Seek>(Decoder<R>);
 
 impl<R: BufRead + Seek> File<R> {

@@ -11,7 +11,7 @@ pub(super) struct WarmedUp {
     starter: Arc<Mutex<Starter>>,
     pass: Box<dyn Source>,
     is_warmup: bool,
-    /// Whether an input that is cut short is kept. Then the warm-up pass ends there without an error, which
+    /// Whether an input that breaks off is kept. Then the warm-up pass ends there without an error, which
     /// the second pass reports.
     allow_truncated: bool,
 }
@@ -41,7 +41,7 @@ impl Source for WarmedUp {
         if self.is_warmup {
             match self.pass.next() {
                 Ok(None) => {}
-                Err(_) if self.allow_truncated => {}
+                Err(error) if self.allow_truncated && error.breaks_off() => {}
                 Err(error) => return Err(error),
                 Ok(Some(decoded)) => return Ok(Some(Decoded { is_warmup: true, ..decoded })),
             }

@@ -173,23 +173,26 @@ impl<R: Read> Y4mSource<R> {
 
     /// Reads the planes of the next frame; false at the end.
     fn read_planes(&mut self) -> Result<bool> {
-        let fail = |what: String| Error::input_frame(&self.path, self.count, what);
-        let cut =
-            |error: io::Error| fail(format!("the stream is cut short: {error}")).caused_by(error);
-        if self.input.fill_buf().map_err(cut)?.is_empty() {
-            return Ok(false);
+        match self.input.fill_buf() {
+            Ok([]) => return Ok(false),
+            Ok(_) => {}
+            Err(error) => return Err(self.failed(error)),
         }
-        let line = read_line(&mut self.input).map_err(cut)?;
+        let line = read_line(&mut self.input).map_err(|error| self.failed(error))?;
         if line != "FRAME" && !line.starts_with("FRAME ") {
-            return Err(fail("a frame of a y4m stream begins with FRAME; this does not".into()));
+            let what = "a frame of a y4m stream begins with FRAME; this does not";
+            return Err(Error::input_frame(&self.path, self.count, what).corrupt());
         }
-        let filled = self.fill_planes();
-        let cut = |error: io::Error| {
-            let what = format!("the stream is cut short: {error}");
-            Error::input_frame(&self.path, self.count, what).caused_by(error)
-        };
-        filled.map_err(cut)?;
+        self.fill_planes().map_err(|error| self.failed(error))?;
         Ok(true)
+    }
+
+    fn failed(&self, error: io::Error) -> Error {
+        let what = match error.kind() {
+            io::ErrorKind::UnexpectedEof => format!("the stream is cut short: {error}"),
+            _ => format!("the stream cannot be read: {error}"),
+        };
+        Error::input_frame(&self.path, self.count, what).caused_by(error)
     }
 
     /// Reads the planes of a frame. New memory is allocated only as data arrives, since the header may be wrong.
@@ -254,14 +257,14 @@ fn read_line(input: &mut impl BufRead) -> io::Result<String> {
     let mut line = Vec::new();
     input.take(MAX_LINE).read_until(b'\n', &mut line)?;
     if line.pop() != Some(b'\n') {
-        let what = if line.len() as u64 + 1 >= MAX_LINE {
-            "a line has no end"
+        return Err(if line.len() as u64 + 1 >= MAX_LINE {
+            io::Error::new(io::ErrorKind::InvalidData, "a line has no end")
         } else {
-            "it ends in a line"
-        };
-        return Err(io::Error::new(io::ErrorKind::UnexpectedEof, what));
+            io::Error::new(io::ErrorKind::UnexpectedEof, "it ends in a line")
+        });
     }
-    String::from_utf8(line).map_err(|_| io::Error::other("a line is not text"))
+    String::from_utf8(line)
+        .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "a line is not text"))
 }
 
 /// The size with square pixels: the height stays.

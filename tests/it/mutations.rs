@@ -4,6 +4,7 @@
 //! `POLYREEL_MUTATIONS=10000 cargo test --test it mutations` tries more than the usual number.
 
 mod corpus;
+mod mend;
 mod mutate;
 #[cfg(unix)]
 mod program;
@@ -36,7 +37,7 @@ fn mutation(seeds: &[Seed], n: u64) -> (&Seed, Vec<u8>) {
     let seed = &seeds[n as usize % seeds.len()];
     let mut random = Random::new(n);
     let other = &seeds[random.below(seeds.len())];
-    (seed, mutate::mutated(&seed.bytes, &other.bytes, seed.has_checksums, &mut random))
+    (seed, mutate::mutated(&seed.bytes, &other.bytes, seed.mend, &mut random))
 }
 
 #[test]

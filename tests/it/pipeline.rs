@@ -106,18 +106,33 @@ fn a_source_that_fails_delivers_the_frames_before_and_no_output() {
 }
 
 #[test]
-fn a_truncated_input_is_kept_where_that_is_allowed() {
+fn an_input_that_breaks_off_is_kept_where_that_is_allowed() {
+    for mishap in [Mishap::Truncation, Mishap::Corruption] {
+        let mut trial = Trial { source: Some((5, mishap)), ..Trial::default() };
+        let (ended, log) = trial.run(&mut ());
+        ended.expect_err("not allowed");
+        assert!(!finished(&log));
+
+        trial.settings.allow_truncated = true;
+        let (ended, log) = trial.run(&mut ());
+        let summary = ended.expect("allowed");
+        assert!(matches!(summary.ending, Ending::Truncated(_)), "{:?}", summary.ending);
+        assert_written(&log, 5);
+        assert!(finished(&log));
+
+        trial.source = Some((0, mishap));
+        let (ended, log) = trial.run(&mut ());
+        ended.expect_err("nothing can be kept of nothing");
+        assert!(!finished(&log));
+    }
+}
+
+#[test]
+fn what_fails_is_no_shorter_input() {
     let mut trial = Trial { source: Some((5, Mishap::Error)), ..Trial::default() };
     trial.settings.allow_truncated = true;
     let (ended, log) = trial.run(&mut ());
-    let summary = ended.expect("allowed");
-    assert!(matches!(summary.ending, Ending::Truncated(_)), "{:?}", summary.ending);
-    assert_written(&log, 5);
-    assert!(finished(&log));
-
-    trial.source = Some((0, Mishap::Error));
-    let (ended, log) = trial.run(&mut ());
-    ended.expect_err("nothing can be kept of nothing");
+    ended.expect_err("a decoder that fails is no truncated input");
     assert!(!finished(&log));
 
     let mut trial = Trial { sink: Some((5, Mishap::Error)), ..Trial::default() };

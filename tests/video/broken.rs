@@ -1,7 +1,7 @@
 //! Inputs that break off or are none.
 
 use polyreel::error::Error;
-use polyreel::ffmpeg::Ffmpeg;
+use polyreel::ffmpeg::{Ffmpeg, FfmpegError};
 use polyreel::source::ffmpeg::Video;
 
 use crate::given::*;
@@ -21,7 +21,11 @@ fn truncated_videos_deliver_and_then_fail() {
         std::fs::write(&clip, &bytes[..bytes.len() * 6 / 10]).expect("shorter");
         let (frames, end) = read(&clip);
         assert!((30..90).contains(&frames.len()), "{name}: {}", frames.len());
-        let error = end.expect_err(name).to_string();
+        let error = end.expect_err(name);
+        assert!(error.is_truncation(), "{error}: {error:?}");
+        let cause = std::error::Error::source(&error).expect("a cause");
+        assert!(cause.is::<FfmpegError>(), "{cause:?}");
+        let error = error.to_string();
         assert!(
             error.contains(name) && error.contains(&format!("frame {}", frames.len())),
             "{error}"
@@ -31,8 +35,8 @@ fn truncated_videos_deliver_and_then_fail() {
     let clip = make(&dir, "d.mp4", base);
     let bytes = std::fs::read(&clip).expect("the clip");
     std::fs::write(&clip, &bytes[..bytes.len() / 2]).expect("shorter");
-    let error = Video::open(&clip, &Ffmpeg::default()).expect_err("no tables").to_string();
-    assert!(error.contains("moov atom not found"), "{error}");
+    let error = Video::open(&clip, &Ffmpeg::default()).expect_err("no tables");
+    assert!(error.is_truncation() && error.to_string().contains("moov atom not found"), "{error}");
 }
 
 #[test]
@@ -51,6 +55,8 @@ fn damaged_videos_do_not_pass_for_good() {
     let (frames, end) = read(&clip);
     assert!(frames.len() > 30);
     assert!(matches!(end, Err(Error::Input { frame: Some(_), .. })), "{end:?}");
+    let error = end.expect_err("damaged");
+    assert!(error.is_corruption() && error.to_string().contains("is damaged"), "{error}");
 }
 
 #[test]

@@ -3,13 +3,12 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::thread::sleep;
-use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
 use crate::given::*;
 use crate::program::*;
+use crate::wait::until;
 
 /// A stand-in that does `script` as the encoder and is ffmpeg else.
 fn encoder(dir: &TempDir, script: &str) {
@@ -74,16 +73,48 @@ fn a_video_that_breaks_off_fails_unless_that_is_allowed() {
     assert!((30..90).contains(&frames), "{frames} frames");
 }
 
-/// How long anything may take before a test gives up. Nothing depends on how long it does take.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-/// Waits until `look` says yes.
-pub(crate) fn until(what: &str, mut look: impl FnMut() -> bool) {
-    let began = Instant::now();
-    while !look() {
-        assert!(began.elapsed() < PATIENCE, "{what}: it never happened");
-        sleep(Duration::from_millis(10));
+#[test]
+fn a_decoder_that_fails_is_no_video_that_breaks_off() {
+    if !require() {
+        return;
     }
+    let dir = folder();
+    clip(&dir, "in.mp4", "160x120", 2);
+    let frames = 160 * 120 * 3 / 2 * 20;
+    for (end, words) in [
+        ("kill -9 $$", "signal: 9"),
+        ("echo 'out of cheese' >&2; exit 1", "out of cheese"),
+        ("sleep 1000", "stopped working"),
+    ] {
+        stand_in(&dir, &format!("ffmpeg \"$@\" 2>/dev/null | head -c {frames}; {end}"));
+        let line = "render in.mp4 -o out.gif --points 60 --allow-truncated --ffmpeg ./stand-in";
+        let ended = run(&dir, line);
+        assert_eq!(ended.status.code(), Some(1), "{end}: {}", said(&ended));
+        assert!(said(&ended).contains("ffmpeg failed: "), "{end}: {}", said(&ended));
+        assert!(said(&ended).contains(words), "{end}: {}", said(&ended));
+        assert_eq!(listing(&dir), ["in.mp4", "stand-in"], "{end}");
+    }
+}
+
+#[test]
+fn a_damaged_video_fails_unless_that_is_allowed() {
+    if !require() {
+        return;
+    }
+    let dir = folder();
+    clip(&dir, "in.mkv", "160x120", 4);
+    let mut bytes = fs::read(dir.path().join("in.mkv")).expect("the clip");
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 2000].iter_mut().for_each(|byte| *byte ^= 0x5A);
+    fs::write(dir.path().join("in.mkv"), bytes).expect("damaged");
+    let ended = run(&dir, "render in.mkv -o out.gif --points 60");
+    assert_eq!(ended.status.code(), Some(1), "{}", said(&ended));
+    assert!(said(&ended).contains("the video is damaged: "), "{}", said(&ended));
+    assert!(said(&ended).contains("--allow-truncated"), "{}", said(&ended));
+    assert_eq!(listing(&dir), ["in.mkv"]);
+    let ended = run(&dir, "render in.mkv -o out.gif --points 60 --allow-truncated");
+    assert_eq!(ended.status.code(), Some(0), "{}", said(&ended));
+    assert!(said(&ended).contains("warning: in.mkv, frame "), "{}", said(&ended));
 }
 
 /// The processes that were begun, in their order.
@@ -117,7 +148,7 @@ fn begin(dir: &TempDir, after: &str) -> Child {
         name.starts_with(".polyreel-")
             && fs::metadata(dir.path().join(name)).is_ok_and(|file| file.len() > 0)
     };
-    until("the encoder begins its file", || listing(dir).iter().any(has_begun));
+    until("the encoder begins its file", || listing(dir).iter().any(has_begun).then_some(()));
     child
 }
 
@@ -129,7 +160,7 @@ fn press_ctrl_c(child: &Child) {
 
 /// Fails unless every ffmpeg is gone, or about to go.
 fn assert_gone(dir: &TempDir) {
-    until("ffmpeg ends", || !pids(dir).iter().any(|pid| is_there(pid)));
+    until("ffmpeg ends", || (!pids(dir).iter().any(|pid| is_there(pid))).then_some(()));
 }
 
 #[test]
@@ -160,7 +191,7 @@ fn the_second_ctrl_c_ends_all_at_once() {
     let mut child = begin(&dir, "sleep 1000");
     press_ctrl_c(&child);
     // Signals that come together are one: the first has come when the decoder is ended.
-    until("the decoder ends", || pids(&dir).last().is_some_and(|pid| !is_there(pid)));
+    until("the decoder ends", || pids(&dir).last().filter(|pid| !is_there(pid)).cloned());
     press_ctrl_c(&child);
     assert_eq!(child.wait().expect("its end").code(), Some(130));
     assert_gone(&dir);
@@ -179,9 +210,9 @@ fn a_decoder_that_only_talks_is_ended_by_one_signal() {
         .stderr(Stdio::null())
         .spawn()
         .expect("the program");
-    until("the decoder begins", || !pids(&dir).is_empty());
+    until("the decoder begins", || pids(&dir).pop());
     press_ctrl_c(&child);
-    until("the program ends", || child.try_wait().expect("ours").is_some());
+    until("the program ends", || child.try_wait().expect("ours"));
     assert_gone(&dir);
     assert_eq!(listing(&dir), ["in.mp4", "pids", "stand-in"]);
 }

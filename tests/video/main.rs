@@ -9,9 +9,12 @@ mod cases;
 mod faults;
 mod films;
 mod given;
+mod mutations;
 mod pixels;
 mod program;
 mod seek;
 mod sound;
 mod stand_in;
 mod time;
+#[path = "../support/wait.rs"]
+mod wait;

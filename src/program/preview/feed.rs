@@ -62,7 +62,8 @@ fn read_round(
         let decoded = match source.next() {
             Ok(Some(decoded)) => decoded,
             Ok(None) => return Ok(fed),
-            Err(_) if deck.looks_away() || (allow_truncated && fed > 0) => return Ok(fed),
+            Err(_) if deck.looks_away() => return Ok(fed),
+            Err(error) if allow_truncated && fed > 0 && error.breaks_off() => return Ok(fed),
             Err(error) => return Err(error),
         };
         // Not every format can leave frames out.

@@ -2,15 +2,14 @@
 #![cfg(unix)]
 
 use std::fs;
-use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
-use std::time::Duration;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
 
 use super::{Folder, picture};
 use crate::wait::until;
 
-/// Starts a long render to `output` and waits until it has begun to write.
-fn begin(folder: &Folder, side: u32, frames: u32, output: &str) -> Child {
+/// Starts a long render to `output` and waits until it has begun to write: `bytes` bytes of it.
+fn begin(folder: &Folder, side: u32, frames: u32, output: &str, bytes: u64) -> Child {
     fs::create_dir(folder.path("in")).expect("a new folder");
     fs::create_dir(folder.path("out")).expect("a new folder");
     let first = folder.path("in/0.png");
@@ -27,28 +26,29 @@ fn begin(folder: &Folder, side: u32, frames: u32, output: &str) -> Child {
     until("an output that is begun", || {
         let ended = child.try_wait().expect("a child");
         assert_eq!(ended, None, "the program has ended already");
-        let is_begun = folder.listing().iter().any(|name| name.starts_with("out/"));
-        (is_begun || has_open(&child, &folder.path("out"))).then_some(())
+        let named = folder.listing().into_iter().filter(|name| name.starts_with("out/"));
+        let mut begun =
+            named.map(|name| folder.path(&name)).chain(open(&child, &folder.path("out")));
+        begun.any(|file| fs::metadata(file).is_ok_and(|file| file.len() >= bytes)).then_some(())
     });
     child
 }
 
-/// Whether a process has a file in `place` open: an unfinished one has no name where the system allows it.
-fn has_open(child: &Child, place: &Path) -> bool {
+/// The files in `place` that a process has open: an unfinished one has no name where the system allows it.
+fn open(child: &Child, place: &Path) -> Vec<PathBuf> {
     let place = place.canonicalize().expect("a folder");
     let open = fs::read_dir(format!("/proc/{}/fd", child.id())).into_iter().flatten().flatten();
-    let mut files = open.filter_map(|entry| fs::read_link(entry.path()).ok());
-    files.any(|file| file.starts_with(&place))
+    let is_there = |file: &PathBuf| fs::read_link(file).is_ok_and(|file| file.starts_with(&place));
+    open.map(|entry| entry.path()).filter(is_there).collect()
 }
+
+/// Bytes of a frame of 400x400 in a y4m.
+const FRAME: usize = 6 + 400 * 400 * 3 / 2;
 
 fn press_ctrl_c(child: &Child) {
     let pid = child.id().to_string();
     let sent = Command::new("kill").args(["-INT", &pid]).status().expect("kill is there");
     assert!(sent.success(), "the program has ended already");
-}
-
-fn end(mut child: Child) -> ExitStatus {
-    child.wait().expect("the program's end")
 }
 
 fn outputs(folder: &Folder) -> Vec<String> {
@@ -59,32 +59,28 @@ fn outputs(folder: &Folder) -> Vec<String> {
 #[test]
 fn the_first_gives_a_shorter_output() {
     let folder = Folder::new();
-    let child = begin(&folder, 400, 600, "out/a.gif");
-    std::thread::sleep(Duration::from_millis(150));
+    // A frame or more is in the file.
+    let mut child = begin(&folder, 400, 600, "out/a.y4m", 1);
     press_ctrl_c(&child);
-    assert_eq!(end(child).code(), Some(130));
-    match &outputs(&folder)[..] {
-        // A slow machine may not have had a frame yet.
-        [] => {}
-        [name] => {
-            assert_eq!(name, "out/a.gif");
-            let frames = folder.delays(name).len();
-            assert!(frames > 0 && frames < 600, "{frames} frames");
-        }
-        more => panic!("{more:?}"),
-    }
+    assert_eq!(child.wait().expect("the program's end").code(), Some(130));
+    assert_eq!(outputs(&folder), ["out/a.y4m"]);
+    let bytes = folder.read("out/a.y4m");
+    let header = bytes.iter().position(|&byte| byte == b'\n').expect("a line") + 1;
+    let (frames, rest) = ((bytes.len() - header) / FRAME, (bytes.len() - header) % FRAME);
+    assert!(frames > 0 && frames < 600 && rest == 0, "{frames} frames and {rest} bytes");
 }
 
 #[test]
 fn the_second_ends_at_once_and_leaves_nothing() {
     for output in ["out/a.gif", "out/%03d.png", "out/new/"] {
         let folder = Folder::new();
-        let child = begin(&folder, 2400, 40, output);
-        press_ctrl_c(&child);
-        // Signals that come together are one.
-        std::thread::sleep(Duration::from_millis(50));
-        press_ctrl_c(&child);
-        assert_eq!(end(child).code(), Some(130));
+        let mut child = begin(&folder, 2400, 40, output, 0);
+        // Signals that come together are one: more are sent, until there were two.
+        let ended = until("the program's end", || {
+            press_ctrl_c(&child);
+            child.try_wait().expect("a child")
+        });
+        assert_eq!(ended.code(), Some(130));
         assert_eq!(outputs(&folder), [""; 0], "{output}");
     }
 }

@@ -3,6 +3,7 @@
 mod bad;
 mod budget;
 mod evaluate;
+mod faults;
 mod films;
 mod interrupt;
 mod limits;

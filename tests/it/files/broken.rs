@@ -4,8 +4,9 @@ use std::fs;
 use std::io::Cursor;
 
 use image::{ImageFormat, RgbaImage};
+use polyreel::error::Error;
 use polyreel::geom::Size;
-use polyreel::source::SourceOptions;
+use polyreel::source::{self, SourceOptions};
 
 use super::given::*;
 
@@ -84,6 +85,59 @@ fn truncated_stills_are_errors_and_keep_what_is_there_on_request() {
             assert_eq!(frames[0].frame.row(5), expected.row(5), "{cut}");
         }
     }
+}
+
+/// The error of reading `file` with default options.
+fn error_of(file: &str) -> Error {
+    let read = || {
+        let mut source = source::open(&[file], &SourceOptions::default())?.start()?;
+        while source.next()?.is_some() {}
+        Ok(())
+    };
+    let read: Result<(), Error> = read();
+    read.expect_err(file)
+}
+
+#[test]
+fn the_cause_of_an_input_that_cannot_be_read_is_typed() {
+    let folder = folder();
+    let frame = patches(Size::new(64, 64), 3, true);
+    for extension in ["png", "jpg", "webp", "bmp", "tiff", "gif"] {
+        let file = name(&folder, &format!("whole.{extension}"));
+        write_still(&file, &frame).expect("written");
+        let whole = fs::read(&file).expect("a file");
+        fs::write(&file, &whole[..whole.len() * 9 / 10]).expect("written");
+        let error = error_of(&file);
+        // A TIFF keeps its directory at the end.
+        assert!(error.is_truncation() || extension == "tiff", "{error}: {error:?}");
+    }
+    let file = name(&folder, "cut.y4m");
+    fs::write(&file, b"YUV4MPEG2 W4 H4 F25:1 C420jpeg\nFRAME\nabc").expect("written");
+    assert!(error_of(&file).is_truncation());
+    fs::write(&file, b"YUV4MPEG2 W2 H2 F25:1 Cmono\nFRAME\nabcdFROMM\nabcd").expect("written");
+    assert!(error_of(&file).is_corruption());
+
+    let file = name(&folder, "broken.png");
+    write_still(&file, &frame).expect("written");
+    let mut bytes = fs::read(&file).expect("a file");
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 20].iter_mut().for_each(|byte| *byte ^= 0x55);
+    fs::write(&file, &bytes).expect("written");
+    let error = error_of(&file);
+    assert!(error.is_corruption(), "{error}: {error:?}");
+
+    let file = name(&folder, "broken.gif");
+    fs::write(
+        &file,
+        b"GIF89a\x02\0\x01\0\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0\x02\0\x01\0\0\x02\x02\xff\xff\0;",
+    )
+    .expect("written");
+    let error = error_of(&file);
+    assert!(error.breaks_off(), "{error}: {error:?}");
+
+    let error = error_of(&name(&folder, "missing.png"));
+    assert!(!error.breaks_off());
+    assert_eq!(error.io_kind(), Some(std::io::ErrorKind::NotFound));
 }
 
 #[test]

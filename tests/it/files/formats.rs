@@ -276,3 +276,78 @@ fn pictures_that_take_more_memory_than_allowed_are_refused_before_it_is_taken() 
     let (_, error) = read_broken(&file, &small);
     assert!(error.contains("--max-memory"), "{error}");
 }
+
+/// `tiff`, whose directory stands there twice: as a page, and as the next one.
+fn doubled(mut tiff: Vec<u8>) -> Vec<u8> {
+    let word = |bytes: &[u8], at: usize| {
+        u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes")) as usize
+    };
+    let from = word(&tiff, 4);
+    let tags = usize::from(u16::from_le_bytes([tiff[from], tiff[from + 1]]));
+    let directory = tiff[from..from + 2 + 12 * tags + 4].to_vec();
+    tiff.resize(tiff.len().next_multiple_of(2), 0);
+    let (next, end) = (tiff.len() as u32, from + directory.len());
+    tiff[end - 4..end].copy_from_slice(&next.to_le_bytes());
+    [tiff, directory].concat()
+}
+
+fn warnings(file: &str) -> Vec<String> {
+    let input = polyreel::source::open(&[file], &SourceOptions::default()).expect(file);
+    input.warnings().to_vec()
+}
+
+#[test]
+fn of_a_tiff_with_several_pages_the_first_is_read_with_a_warning() {
+    let folder = folder();
+    let file = name(&folder, "a.tif");
+    // A page, and one that is the same picture made smaller.
+    for (kind, warned) in [(0, true), (1, false)] {
+        let tags: [(u16, &[u16]); 4] = [(254, &[kind]), (258, &[8]), (262, &[1]), (277, &[1])];
+        let one = tiff((2, 1), &tags, &[&[9, 200]]);
+        fs::write(&file, &one).expect("written");
+        assert_eq!(warnings(&file), [""; 0]);
+        fs::write(&file, doubled(one)).expect("written");
+        assert_eq!(read_one(&file).into_pixels(), [[9, 9, 9, 255], [200, 200, 200, 255]]);
+        let told = warnings(&file);
+        assert_eq!(told.len(), usize::from(warned), "{told:?}");
+        assert!(told.iter().all(|text| text.contains("a.tif: it has several pages")), "{told:?}");
+    }
+}
+
+#[test]
+fn metadata_that_takes_too_much_memory_is_left_out_with_a_warning() {
+    let folder = folder();
+    let file = name(&folder, "a.png");
+    let header = [0, 0, 0, 2, 0, 0, 0, 1, 8, 2, 0, 0, 0];
+    let pixels = stored(&[0, 220, 60, 40, 1, 2, 3]);
+    let large = vec![0; 9 << 20];
+    let profile = [b"name\0\0".as_slice(), &stored(&large)].concat();
+    for chunk in [(b"eXIf", large.as_slice()), (b"iCCP", profile.as_slice())] {
+        for before in [true, false] {
+            let mut chunks = vec![(b"IHDR", header.as_slice()), (b"IDAT", pixels.as_slice())];
+            chunks.insert(if before { 1 } else { 2 }, chunk);
+            fs::write(&file, png(&chunks)).expect("written");
+            let read = read_one(&file).into_pixels();
+            assert_eq!(read, [[220, 60, 40, 255], [1, 2, 3, 255]]);
+            let told = warnings(&file);
+            // What comes after the pixels is not looked at.
+            assert_eq!(told.len(), usize::from(before), "{told:?}");
+            assert!(told.iter().all(|text| text.contains("a.png: its metadata")), "{told:?}");
+        }
+    }
+}
+
+#[test]
+fn sixteen_bits_of_linear_light_keep_their_dark_levels() {
+    let folder = folder();
+    let file = name(&folder, "a.png");
+    let header = [0, 0, 0, 1, 0, 0, 0, 1, 16, 2, 0, 0, 0];
+    // Level 5 of sRGB, which 8 bits of linear light have not.
+    let [high, low] = ((5.0f64 / 255.0 / 12.92 * 65535.0).round() as u16).to_be_bytes();
+    let pixel = stored(&[0, high, low, high, low, high, low]);
+    let gamma = 100_000u32.to_be_bytes();
+    fs::write(&file, png(&[(b"IHDR", &header), (b"gAMA", &gamma), (b"IDAT", &pixel)]))
+        .expect("written");
+    let [r, g, b, a] = read_one(&file).at(0, 0);
+    assert!([r, g, b].iter().all(|v| v.abs_diff(5) <= 1) && a == 255, "{r} {g} {b} {a}");
+}

@@ -177,17 +177,21 @@ pub(crate) fn crc(bytes: &[u8]) -> u32 {
     })
 }
 
-/// A zlib stream of few bytes, not compressed.
+/// A zlib stream, not compressed.
 pub(crate) fn stored(bytes: &[u8]) -> Vec<u8> {
-    let length = bytes.len() as u16;
     let (a, b) = bytes.iter().fold((1u32, 0u32), |(a, b), &v| {
         let a = (a + u32::from(v)) % 65521;
         (a, (b + a) % 65521)
     });
-    let mut out = vec![0x78, 0x01, 0x01];
-    out.extend(length.to_le_bytes());
-    out.extend((!length).to_le_bytes());
-    out.extend(bytes);
+    let mut out = vec![0x78, 0x01];
+    let blocks = bytes.len().div_ceil(0xffff).max(1);
+    for block in 0..blocks {
+        let part = &bytes[block * 0xffff..bytes.len().min((block + 1) * 0xffff)];
+        out.push(u8::from(block + 1 == blocks));
+        out.extend((part.len() as u16).to_le_bytes());
+        out.extend((!(part.len() as u16)).to_le_bytes());
+        out.extend(part);
+    }
     out.extend(((b << 16) | a).to_be_bytes());
     out
 }

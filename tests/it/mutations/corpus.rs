@@ -5,16 +5,19 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageEncoder, ImageFormat, RgbaImage};
 use polyreel::options::{Detail, Options, Points};
+use polyreel::pipeline::{self, Settings, Stop};
+use polyreel::sink::{self, SinkOptions};
+use polyreel::source::{self, SourceOptions};
 
-use super::mutate::crc32;
+use super::mend::{self, crc32};
 
 /// A sound file.
 pub(super) struct Seed {
     pub(super) extension: &'static str,
     pub(super) bytes: Vec<u8>,
     pub(super) used_as: Use,
-    /// Whether it is a PNG, whose chunks have checksums.
-    pub(super) has_checksums: bool,
+    /// What makes checksums right, where the format has any.
+    pub(super) mend: Option<fn(&mut [u8])>,
 }
 
 /// What a file is given to the program as.
@@ -31,7 +34,11 @@ pub(super) fn seeds(folder: &Path) -> Vec<Seed> {
         extension,
         bytes,
         used_as: Use::Input,
-        has_checksums: extension == "png",
+        mend: match extension {
+            "png" => Some(mend::png),
+            "polyreel" => Some(mend::mesh_stream),
+            _ => None,
+        },
     };
     let mut seeds = vec![
         input("png", still(ImageFormat::Png, true)),
@@ -44,21 +51,12 @@ pub(super) fn seeds(folder: &Path) -> Vec<Seed> {
         input("png", apng()),
         input("webp", animated_webp()),
         input("y4m", y4m()),
+        input("polyreel", mesh_stream(folder)),
     ];
     let preset = Options { points: Points::Count(300), saturation: 1.5, ..Options::default() };
     let preset = polyreel::preset::to_toml(&preset).expect("plain data").into_bytes();
-    seeds.push(Seed {
-        extension: "toml",
-        bytes: preset,
-        used_as: Use::Preset,
-        has_checksums: false,
-    });
-    seeds.push(Seed {
-        extension: "json",
-        bytes: report(),
-        used_as: Use::Report,
-        has_checksums: false,
-    });
+    seeds.push(Seed { extension: "toml", bytes: preset, used_as: Use::Preset, mend: None });
+    seeds.push(Seed { extension: "json", bytes: report(), used_as: Use::Report, mend: None });
     // That they are sound is worth knowing: of what is broken anyway, mutations say little.
     for (n, seed) in seeds.iter().enumerate().filter(|(_, seed)| seed.used_as == Use::Input) {
         let path = folder.join(format!("seed-{n}.{}", seed.extension));
@@ -183,6 +181,19 @@ fn y4m() -> Vec<u8> {
         bytes.extend((0..20 * 14 * 3 / 2).map(|i| (i as u8).wrapping_mul(3).wrapping_add(40 * t)));
     }
     bytes
+}
+
+/// The meshes of the GIF.
+fn mesh_stream(folder: &Path) -> Vec<u8> {
+    let (from, to) = (folder.join("meshes.gif"), folder.join("meshes.polyreel"));
+    std::fs::write(&from, gif()).expect("a writable folder");
+    let input = source::open(&[&from], &SourceOptions::default()).expect("a sound GIF");
+    let sink = sink::create(&to, input.info(), &SinkOptions::default()).expect("a mesh stream");
+    let options = Options { points: Points::Count(30), ..Options::default() };
+    let settings = Settings { options, ..Settings::default() };
+    pipeline::run(move || input.start(), sink, &settings, &mut (), &Stop::default())
+        .expect("a run");
+    std::fs::read(&to).expect("its output")
 }
 
 fn report() -> Vec<u8> {

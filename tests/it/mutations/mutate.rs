@@ -25,15 +25,20 @@ impl Random {
 /// Words that numbers in headers are replaced with.
 const EXTREMES: [u32; 8] = [0, 1, 0x7f, 0xff, 0x7fff, 0xffff, 0x7fff_ffff, 0xffff_ffff];
 
-/// `bytes` with one to six changes; `other` is what parts are taken from. Where there are `checksums`, those
-/// of a PNG, two in three results have right ones: else nothing behind them would be tried.
-pub(super) fn mutated(bytes: &[u8], other: &[u8], checksums: bool, random: &mut Random) -> Vec<u8> {
+/// `bytes` with one to six changes; `other` is what parts are taken from. Of formats with checksums, which `mend`
+/// makes right, two in three results have right ones: else nothing behind them would be tried.
+pub(super) fn mutated(
+    bytes: &[u8],
+    other: &[u8],
+    mend: Option<fn(&mut [u8])>,
+    random: &mut Random,
+) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     for _ in 0..=random.below(6) {
         change(&mut bytes, other, random);
     }
-    if checksums && random.below(3) > 0 {
-        mend_checksums(&mut bytes);
+    if let Some(mend) = mend.filter(|_| random.below(3) > 0) {
+        mend(&mut bytes);
     }
     bytes
 }
@@ -68,27 +73,4 @@ fn overwrite(bytes: &mut [u8], at: usize, with: &[u8]) {
     for (byte, &new) in bytes.iter_mut().skip(at).zip(with) {
         *byte = new;
     }
-}
-
-/// Gives the chunks of a PNG their right checksums, as far as its chunks can be followed.
-fn mend_checksums(png: &mut [u8]) {
-    let mut at = 8;
-    while let Some(head) = png.get(at..at + 4) {
-        let length = u32::from_be_bytes(head.try_into().expect("four bytes")) as usize;
-        let Some(end) = at.checked_add(8 + length).filter(|end| end + 4 <= png.len()) else {
-            return;
-        };
-        let crc = crc32(&png[at + 4..end]);
-        png[end..end + 4].copy_from_slice(&crc.to_be_bytes());
-        at = end + 4;
-    }
-}
-
-/// The checksum of a PNG's chunk, bit by bit.
-pub(super) fn crc32(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(!0u32, |crc, &byte| {
-        (0..8).fold(crc ^ u32::from(byte), |crc, _| {
-            (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg())
-        })
-    })
 }

@@ -39,6 +39,8 @@ pub(super) fn frame(index: u64) -> Decoded {
 #[derive(Clone, Copy)]
 pub(super) enum Mishap {
     Error,
+    Truncation,
+    Corruption,
     Panic,
     Closed,
 }
@@ -46,6 +48,8 @@ pub(super) enum Mishap {
 pub(super) fn happen(mishap: Mishap) -> Error {
     match mishap {
         Mishap::Error => Error::output("stub", "an invented error"),
+        Mishap::Truncation => Error::input("stub", "an invented end").truncated(),
+        Mishap::Corruption => Error::input("stub", "invented damage").corrupt(),
         Mishap::Panic => panic!("an invented panic"),
         Mishap::Closed => Error::Closed,
     }
