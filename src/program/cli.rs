@@ -305,7 +305,7 @@ impl VideoArgs {
     }
 }
 
-/// How the work is done and told of.
+/// How the work is done and reported.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Run")]
 pub(crate) struct RunArgs {

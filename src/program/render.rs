@@ -139,7 +139,7 @@ pub(crate) fn render_for(
     Ok(())
 }
 
-/// The frames of a run, told to a watcher, their reports kept where they are wanted: about 200 bytes a frame.
+/// Passes the frames of a run to a watcher, and keeps their reports on request: about 200 bytes for each frame.
 pub(crate) struct Frames<'a> {
     watcher: &'a mut dyn Watcher,
     reports: Option<Vec<FrameReport>>,
@@ -246,7 +246,7 @@ fn create_sink(
     Ok(Box::new(Repainted::new(sink, &look, info.size)))
 }
 
-/// The sound that is asked for beside the input's own.
+/// The sound of `--sound`.
 pub(crate) fn sound(args: &RenderArgs) -> Option<Sound> {
     let path = args.write.sound.as_ref()?;
     let start = args.input.start.unwrap_or(Rational::ZERO);

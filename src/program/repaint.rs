@@ -39,7 +39,7 @@ pub(crate) fn repaint(
         end: args.input.end,
         frames: args.input.frames.map(std::num::NonZeroU64::get),
     };
-    let info = told(source.info(), &part);
+    let info = info_of_part(source.info(), &part);
     let info = StreamInfo { size: args.write.scaled(info.size)?, ..info };
     let inputs = if input == "-" { Vec::new() } else { vec![input.into()] };
     let record = record_of(args, &inputs, output, interrupt)?;
@@ -69,8 +69,8 @@ pub(crate) fn repaint(
     Ok(())
 }
 
-/// What `info` becomes of a part: how many frames that has is known where only their number is cut.
-fn told(info: &StreamInfo, part: &Part) -> StreamInfo {
+/// The properties of a part of the stream `info`. The number of frames is known if only that is limited.
+fn info_of_part(info: &StreamInfo, part: &Part) -> StreamInfo {
     let cut = part.start.is_some_and(|start| start > Rational::ZERO) || part.end.is_some();
     let most = part.frames.unwrap_or(u64::MAX);
     let frames = if cut { None } else { info.frames.map(|frames| frames.min(most)) };

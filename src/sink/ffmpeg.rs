@@ -1,7 +1,7 @@
-//! Video files, encoded by the ffmpeg of the machine.
+//! Writes video files by the ffmpeg of the machine.
 //!
-//! Frames go out as planar 4:2:0 in a NUT stream, with their exact times; nothing is left for ffmpeg
-//! to convert or to guess. The file is written beside its place and moved there when it is complete.
+//! Frames are sent as planar 4:2:0 in a NUT stream, with their exact times, so that ffmpeg neither converts nor
+//! guesses. The file is written to a temporary file in the same folder, and renamed when it is complete.
 
 use std::ffi::OsString;
 use std::io;
@@ -20,7 +20,7 @@ use crate::geom::Size;
 use crate::sink::codec::Encoder;
 use crate::sink::place::Place;
 use crate::sink::planes::fill_planes;
-use crate::sink::remux::{Beside, Finished, Last, bare, placing, remux};
+use crate::sink::remux::{Finished, Last, SoundSource, bare, placing, remux};
 use crate::sink::sound::{self, Streams};
 use crate::sink::tags::{tag_arguments, tags};
 use crate::sink::{Needs, Origin, Picture, Sink, SinkOptions};
@@ -28,7 +28,7 @@ use crate::sink::{Needs, Origin, Picture, Sink, SinkOptions};
 pub use crate::sink::codec::Container;
 pub use crate::sink::spec::{VideoOptions, VideoSpec};
 
-/// A video file being written.
+/// Writes a video file.
 pub struct VideoSink {
     container: Container,
     ffmpeg: Ffmpeg,
@@ -37,10 +37,10 @@ pub struct VideoSink {
     form: Form,
     time_base: Rational,
     streams: Option<Streams>,
-    /// Whether the sound goes in with the picture.
+    /// Whether the sound is added while the picture is encoded.
     along: bool,
     sound_args: Vec<OsString>,
-    /// Whether the user's own options may have left nothing of the picture.
+    /// Whether the user's own options may have dropped the picture.
     checks_output: bool,
     warnings: Vec<String>,
     /// `None` once it is closed.
@@ -147,7 +147,7 @@ impl VideoSink {
         }
         let stdin =
             child.stdin().ok_or_else(|| fail("ffmpeg came without standard input".into()))?;
-        // A failure to write is told at the first frame, with what ffmpeg says of it.
+        // A write error is reported at the first frame, with ffmpeg's message.
         let writer = NutWriter::new(stdin, size, *b"I420", time_base, spec.rate).ok();
         let layout = Layout::of_video(size);
         Ok(Self {
@@ -183,7 +183,7 @@ impl VideoSink {
         self.last_pts.map_or(nearest, |last| nearest.max(last + 1))
     }
 
-    /// Why the encoder takes no more frames.
+    /// The error of an encoder that takes no more frames.
     fn fallen(&mut self) -> Error {
         self.writer = None;
         let error = match self.child.wait() {
@@ -193,11 +193,10 @@ impl VideoSink {
         Error::output(self.place.named(), format!("the encoder failed: {error}")).caused_by(error)
     }
 
-    /// Where the sound ends, if before its own end: with the picture where that was asked to end
-    /// early, or was stopped.
+    /// The end of the sound, if before its own end: that of the picture, if it was asked to end early or was stopped.
     fn sound_end(&self, streams: &Streams) -> Option<Rational> {
         let whole = self.spec.duration.is_some_and(|duration| {
-            // Containers round lengths; a frame or two is no early end.
+            // Containers round durations; a difference of a frame or two is not an early end.
             let nominal = self.spec.rate.and_then(Rational::recip).unwrap_or(Rational::ZERO);
             self.end + Rational::new(1, 10) + nominal >= duration
         });
@@ -212,7 +211,7 @@ impl VideoSink {
         }
     }
 
-    /// The last frame, if ffmpeg cannot have got its length right.
+    /// The last frame, if ffmpeg may have written a wrong duration for it.
     fn last(&self) -> Option<Last> {
         let start = Rational::new(i64::try_from(self.last_pts?).ok()?, 1) * self.time_base;
         let length = self.end - start;
@@ -226,7 +225,7 @@ impl VideoSink {
         (off && length > Rational::ZERO).then_some(Last { number, start, length })
     }
 
-    /// Whether there is a picture in what was written, whatever the user's options asked for.
+    /// Whether the written file has a picture, whatever the user's options.
     fn check_output(&self) -> Result<()> {
         if probe_packet(self.place.path(), &self.ffmpeg).unwrap_or(false) {
             return Ok(());
@@ -235,8 +234,8 @@ impl VideoSink {
         Err(Error::output(self.place.named(), what))
     }
 
-    /// Adds what could not be told before. `None` if there is nothing to add: the picture begins at 0,
-    /// and the sound, if any, went in with it, was not `doubtful`, and ends where it should.
+    /// Adds the data that was not known before. `None` if there is nothing to add: the picture begins at 0, and the
+    /// sound, if any, was added with it, was not `doubtful`, and ends where it should.
     fn complete(&self, doubtful: bool) -> Result<Option<Place>> {
         let last = self.last();
         let first = self.first.unwrap_or(Rational::ZERO);
@@ -261,7 +260,7 @@ impl VideoSink {
         if self.along {
             picture.lead = probe_lead(picture.path, ffmpeg).map_err(|e| fail(e.into()))?;
         }
-        let sound = self.streams.as_ref().map(|streams| Beside {
+        let sound = self.streams.as_ref().map(|streams| SoundSource {
             streams,
             end: self.sound_end(streams),
             options: &self.sound_args,
@@ -331,19 +330,19 @@ fn even(size: Size) -> Size {
     Size::new(size.width.next_multiple_of(2), size.height.next_multiple_of(2))
 }
 
-/// The part of the command line that reads our frames.
+/// The options that read our frames.
 fn reading(tags: &Colorimetry) -> Vec<OsString> {
     let mut args = arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning", &"-y"]);
-    // The headers tell everything: no frames are gathered to guess from.
+    // The headers are complete: ffmpeg must not buffer frames to analyse them.
     args.extend(arguments([&"-probesize", &"32", &"-analyzeduration", &"0"]));
     args.extend(arguments([&"-fpsprobesize", &"0", &"-f", &"nut"]));
-    // Tagged on the way in as well, so that ffmpeg sees nothing to convert.
+    // The input is tagged as well, so that ffmpeg converts nothing.
     args.extend(tag_arguments(tags));
     args.extend(arguments([&"-i", &"pipe:0"]));
     args
 }
 
-/// The part that leaves them and their times as they are.
+/// The options that keep frames and times as they are.
 fn leaving(time_base: Rational) -> Vec<OsString> {
     let units = format!("{}:{}", time_base.num, time_base.den);
     let mut args = arguments([&"-map", &"0:v:0", &"-pix_fmt", &"yuv420p"]);
@@ -359,9 +358,9 @@ mod tests {
     fn a_frame_is_a_whole_number_of_units() {
         for (num, den) in [(24, 1), (25, 1), (30000, 1001), (24000, 1001), (60000, 1001), (8, 1)] {
             let rate = Rational::new(num, den);
-            let length = rate.recip().expect("not nought");
+            let length = rate.recip().expect("a rate is not 0");
             let base = time_base(Some(rate));
-            let units = length * base.recip().expect("not nought");
+            let units = length * base.recip().expect("a rate is not 0");
             assert_eq!(units.den, 1, "{rate} in {base}");
             assert_eq!(base.num, 1);
         }

@@ -1,5 +1,4 @@
-//! The last step of a video file, where it takes one: a second, quick run of ffmpeg that copies the
-//! finished picture.
+//! The last step of a video file, if it needs one: a second, fast run of ffmpeg that copies the finished picture.
 //!
 //! It sets what could not be known before: how long the last frame is shown, and where the sound ends if
 //! the picture ends before it. Sound that has to come from a network is put in here too, so that the
@@ -17,34 +16,34 @@ use crate::sink::sound::Streams;
 
 /// The finished picture.
 pub(crate) struct Finished<'a> {
-    /// Where it is.
+    /// Its path.
     pub(crate) path: &'a Path,
     /// Its container, and that of the result.
     pub(crate) container: Container,
-    /// The units of its times.
+    /// The unit of its times.
     pub(crate) time_base: Rational,
     /// When its first frame is shown, in seconds.
     pub(crate) first: Rational,
     /// The last frame, if its length must be set.
     pub(crate) last: Option<Last>,
-    /// How long after the first stream of the file it begins, in seconds.
+    /// Its start after that of the first stream of the file, in seconds.
     pub(crate) lead: Rational,
 }
 
-/// The last frame of a picture: raw video in NUT has no lengths, and ffmpeg takes the nominal one.
+/// The last frame of a picture: raw video in NUT has no durations, and ffmpeg takes the nominal one.
 pub(crate) struct Last {
-    /// Its number, from 0.
+    /// Its index, from 0.
     pub(crate) number: u64,
-    /// When it is shown, in seconds.
+    /// Its start time in seconds.
     pub(crate) start: Rational,
-    /// How long.
+    /// Its duration.
     pub(crate) length: Rational,
 }
 
-/// Sound to be put in.
-pub(crate) struct Beside<'a> {
+/// The sound to add.
+pub(crate) struct SoundSource<'a> {
     pub(crate) streams: &'a Streams,
-    /// Where it ends, if before its own end.
+    /// Its end, if before its own end.
     pub(crate) end: Option<Rational>,
     /// The user's own options for it.
     pub(crate) options: &'a [OsString],
@@ -53,10 +52,10 @@ pub(crate) struct Beside<'a> {
 /// Writes `picture`, and `sound` if there is any, to `to`.
 ///
 /// # Errors
-/// What ffmpeg said when it failed.
+/// The message of ffmpeg, when it fails.
 pub(crate) fn remux(
     picture: &Finished<'_>,
-    sound: Option<&Beside<'_>>,
+    sound: Option<&SoundSource<'_>>,
     to: &Path,
     ffmpeg: &Ffmpeg,
 ) -> Result<(), FfmpegError> {

@@ -1,4 +1,4 @@
-//! Video of any kind, decoded by the ffmpeg of the machine.
+//! Decodes video by the ffmpeg of the machine.
 //!
 //! Frames come as raw pictures in a NUT stream, which carries their times exactly. Times are those of
 //! the container's clock, so that picture and sound keep their distance; a clock that does not start
@@ -22,7 +22,7 @@ use crate::source::decode;
 use crate::source::{Decoded, Input, Sound, Source, SourceOptions};
 use crate::stream::{Span, StreamInfo, is_hdr};
 
-/// What comes out of ffmpeg.
+/// The output of ffmpeg.
 type Frames = NutReader<BufReader<Pipe<ChildStdout>>>;
 
 /// Bytes that are read at once where little is wanted.
@@ -44,7 +44,7 @@ pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
         video.map_tones();
     }
     let info = video.info().clone();
-    // What is live cannot be read a second time.
+    // A live input cannot be read twice.
     let sound = (!info.live && !info.still).then(|| Sound {
         path: path.clone(),
         start,
@@ -69,7 +69,7 @@ fn place(start: Rational) -> i64 {
     if start < FAR { 0 } else { start as i64 - AHEAD }
 }
 
-/// A video that has been looked at but not started.
+/// A video that was probed but not started.
 #[derive(Clone, Debug)]
 pub struct Video {
     path: PathBuf,
@@ -108,7 +108,7 @@ impl Video {
         info.colour = Some(tags);
     }
 
-    /// What is known before frames are read.
+    /// The properties that are known before frames are read.
     pub fn info(&self) -> &StreamInfo {
         &self.probed.info
     }
@@ -121,7 +121,7 @@ impl Video {
         self.start_before(Rational::ZERO)
     }
 
-    /// The same, not necessarily from the beginning if frames from `start` on are wanted.
+    /// The same, but not always from the beginning if only frames from `start` on are needed.
     fn start_before(&self, start: Rational) -> Result<VideoSource> {
         self.start_at(self.place(start))
             .map_err(|error| Error::input(&self.path, error.to_string()).caused_by(error))
@@ -132,7 +132,7 @@ impl Video {
         if self.probed.track.has_index { place(start) } else { 0 }
     }
 
-    /// The same, from so many `seconds` after the first stream's beginning on.
+    /// The same, from `seconds` after the beginning of the first stream.
     fn start_at(&self, seconds: i64) -> Result<VideoSource, FfmpegError> {
         let Probed { info, track, .. } = &self.probed;
         let mut child =
@@ -198,11 +198,11 @@ pub struct VideoSource {
     /// The frame after the one last delivered: its time tells how long that one is shown.
     ahead: Option<Raw>,
     spare: Vec<u8>,
-    /// Of a frame that came back.
+    /// Buffers of a recycled frame.
     buffers: Buffers,
-    /// How it ended, once it has: what is wrong, if anything.
+    /// The result when it has ended: the error, if any.
     outcome: Option<Result<(), FfmpegError>>,
-    /// Frames before this moment are not wanted.
+    /// Frames before this time are skipped.
     from: Rational,
     delivered: u64,
     received: u64,
@@ -237,7 +237,7 @@ impl VideoSource {
         None
     }
 
-    /// The first frame that is wanted; those before it are not converted.
+    /// The first frame that is not skipped; skipped ones are not converted.
     fn wanted(&mut self) -> Option<Raw> {
         loop {
             let raw = self.read();
@@ -260,7 +260,7 @@ impl VideoSource {
         }
     }
 
-    /// Begins at the beginning after all.
+    /// Restarts at the beginning.
     fn start_over(&mut self) {
         match self.video.start_at(0) {
             Ok(source) => *self = Self { from: self.from, ..source },
@@ -300,7 +300,7 @@ impl VideoSource {
             Some(error) if self.received > 0 => {
                 Err(FfmpegError::new(format!("its output cannot be read: {error}")))
             }
-            // A stream without so much as a header: there was no frame at all.
+            // A stream without a header has no frame.
             Some(_) => Err(FfmpegError::new("not one frame could be decoded")
                 .caused_by(io::ErrorKind::InvalidData)),
             None => self.check_promise(),
@@ -345,7 +345,7 @@ impl VideoSource {
         Error::input_frame(&self.video.path, self.delivered, what).caused_by(error)
     }
 
-    /// The frame in `data`, in the memory of one that came back.
+    /// The frame in `data`, in the buffers of a recycled one.
     fn frame(&mut self, data: Vec<u8>) -> Result<Frame> {
         let Buffers { mut pixels, planes } = std::mem::take(&mut self.buffers);
         match self.video.probed.track.pixels {
@@ -402,7 +402,7 @@ impl Source for VideoSource {
                 _ => Ok(None),
             };
         };
-        // What is live must not wait for the frame after.
+        // A live input must not wait for the next frame.
         if !self.video.probed.info.live {
             self.ahead = self.read();
         }
