@@ -1,5 +1,6 @@
 """What the package promises. The program's own pictures are the reference where POLYREEL names it."""
 
+import ast
 import gc
 import multiprocessing
 import os
@@ -116,11 +117,19 @@ def test_options_by_the_names_of_the_command_line():
     assert "max_size" in polyreel.options() and "max_size" not in polyreel.options(look=True)
 
 
+def fields(text):
+    """The fields of each class in a file of types, without their descriptions."""
+    classes = [node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]
+    return {
+        node.name: {f.target.id: ast.unparse(f.annotation) for f in node.body if isinstance(f, ast.AnnAssign)}
+        for node in classes
+    }
+
+
 def test_the_types_of_options_are_those_of_the_program():
     # Else: python scripts/write_options.py
-    scripts = pathlib.Path(__file__).parents[1] / "scripts" / "write_options.py"
-    module = runpy.run_path(str(scripts))
-    assert module["TARGET"].read_text(encoding="utf-8") == module["text"]()
+    script = runpy.run_path(str(pathlib.Path(__file__).parents[1] / "scripts" / "write_options.py"))
+    assert fields(script["TARGET"].read_text(encoding="utf-8")) == fields(script["text"]())
 
 
 def test_a_stream_is_one_stream():
@@ -415,3 +424,47 @@ def test_the_program_is_installed(tmp_path):
     assert np.array_equal(out, polyreel.render(picture(), points=40))
     wrong = subprocess.run([*run, "--pionts", "40"], capture_output=True, text=True, timeout=120)
     assert wrong.returncode == 2 and "--points" in wrong.stderr
+
+
+def test_the_page_draws_without_gradio():
+    from polyreel import app
+
+    drawn, files = app.draw(picture(), "bold", 60, 1.2, False, True)
+    assert drawn.shape == (64, 96, 3) and [os.path.splitext(file)[1] for file in files] == [".png", ".svg"]
+    assert app.draw(None, "default", 60, 1.0, False, False) == (None, [])
+
+
+def test_torch_tensors_come_back_as_tensors():
+    torch = pytest.importorskip("torch")
+    source = torch.from_numpy(picture())
+    expected = polyreel.render(picture(), points=40)
+    out = polyreel.render(source, points=40)
+    assert isinstance(out, torch.Tensor) and out.dtype == torch.uint8 and np.array_equal(out.numpy(), expected)
+    for dtype in [torch.float32, torch.float64, torch.float16, torch.bfloat16]:
+        out = polyreel.render((source / 255).to(dtype).requires_grad_(), points=40)
+        assert out.dtype == dtype and out.shape == source.shape and not out.requires_grad
+    clip = torch.stack([torch.from_numpy(frame) for frame in frames(3)]).permute(0, 3, 1, 2) / 255
+    out = polyreel.render_batch(clip, layout="BCHW", points=40)
+    assert out.shape == clip.shape and out.dtype == clip.dtype
+    with pytest.raises(TypeError, match="meta: move it"):
+        polyreel.render(torch.empty((8, 8, 3), device="meta"))
+
+
+def test_dlpack_and_array_are_read():
+    class Array:
+        def __array__(self, dtype=None, copy=None):
+            return picture()
+
+    class Capsule:
+        def __init__(self):
+            self.inner = picture()
+
+        def __dlpack__(self, **options):
+            return self.inner.__dlpack__(**options)
+
+        def __dlpack_device__(self):
+            return self.inner.__dlpack_device__()
+
+    expected = polyreel.render(picture(), points=40)
+    assert np.array_equal(polyreel.render(Array(), points=40), expected)
+    assert np.array_equal(polyreel.render(Capsule(), points=40), expected)
