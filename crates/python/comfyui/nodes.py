@@ -15,7 +15,8 @@ import numpy as np
 import polyreel
 import torch
 from comfy import model_management
-from comfy_api.latest import ComfyAPISync, InputImpl, io
+from comfy.utils import ProgressBar
+from comfy_api.latest import InputImpl, io
 from PIL import Image
 
 from .streams import Streams, batch
@@ -23,8 +24,8 @@ from .streams import Streams, batch
 CATEGORY = "image/low-poly"
 #: Options as a node hands them to another.
 Look = io.Custom("POLYREEL_LOOK")
-#: Seconds between two messages to the browser, and between two pictures for it.
-TOLD, SHOWN = 0.1, 0.5
+#: Seconds between two messages to the browser, and between two pictures for it; their longest side.
+TOLD, SHOWN, SIDE = 0.1, 0.5, 512
 
 streams = Streams()
 
@@ -34,19 +35,18 @@ class Progress:
 
     def __init__(self, node: str | None) -> None:
         self._node = node
-        self._api = ComfyAPISync()
+        self._bar: ProgressBar | None = None
         self._told = self._shown = 0.0
-        self._picture: Image.Image | None = None
+        self._picture: tuple[str, Image.Image, int] | None = None
 
     def show(self, picture: Callable[[], np.ndarray[Any, Any]] | np.ndarray[Any, Any]) -> None:
         """Sends a picture of the work along with the next message, not too often."""
         now = time.monotonic()
         if now - self._shown >= SHOWN:
             self._shown = now
-            array = picture() if callable(picture) else picture
-            image = Image.fromarray(array)
-            image.thumbnail((512, 512))
-            self._picture = image
+            image = Image.fromarray(picture() if callable(picture) else picture)
+            image.thumbnail((SIDE, SIDE))
+            self._picture = ("JPEG", image, SIDE)
 
     def frame(self, done: int, total: int | None) -> None:
         """Tells that a frame is done. Raises ComfyUI's exception where the user wants to stop."""
@@ -54,9 +54,9 @@ class Progress:
         now = time.monotonic()
         if now - self._told >= TOLD or done == total:
             self._told = now
-            self._api.execution.set_progress(
-                value=done, max_value=total or done + 1, node_id=self._node, preview_image=self._picture
-            )
+            most = total or done + 1
+            self._bar = self._bar or ProgressBar(most, node_id=self._node)
+            self._bar.update_absolute(done, total=most, preview=self._picture)
             self._picture = None
 
 

@@ -18,10 +18,11 @@ WANTED = {
         "Schema", "Input", "Output", "Int.Input", "Float.Input", "Combo.Input", "String.Input", "Hidden",
         "NodeOutput", "Custom",
     ],
-    "comfy_api/latest/__init__.py": ["ComfyAPI_latest.Execution.set_progress", "ComfyExtension.get_node_list"],
+    "comfy_api/latest/__init__.py": ["ComfyExtension.get_node_list"],
     "comfy_api/latest/_input_impl/video_types.py": ["VideoFromFile", "VideoFromFile.get_stream_source"],
     "comfy_extras/nodes_images.py": ["SVG"],
     "comfy/model_management.py": ["throw_exception_if_processing_interrupted"],
+    "comfy/utils.py": ["ProgressBar", "ProgressBar.update_absolute"],
     "folder_paths.py": ["get_temp_directory"],
 }
 

@@ -84,11 +84,11 @@ class SVG:
         self.data = data
 
 
-class Execution:
-    def set_progress(self, *args: Any, **kwargs: Any) -> None:
-        names = SIGNATURES["comfy_api/latest/__init__.py"]["ComfyAPI_latest.Execution.set_progress"]
+class ProgressBar(recorded("ProgressBar", SIGNATURES["comfy/utils.py"]["ProgressBar"])):
+    def update_absolute(self, *args: Any, **kwargs: Any) -> None:
+        names = SIGNATURES["comfy/utils.py"]["ProgressBar.update_absolute"]
         assert set(kwargs) <= set(names), kwargs
-        state.told.append({**dict(zip(names, args)), **kwargs})
+        state.told.append({**dict(zip(names, args)), **kwargs, "node": self.given["node_id"]})
 
 
 class ComfyNode:
@@ -126,9 +126,8 @@ def install() -> None:
         **kinds, Custom=kind, Hidden=hidden, Schema=recorded("Schema", IO["Schema"]), ComfyNode=ComfyNode,
         NodeOutput=NodeOutput,
     )
-    api = types.SimpleNamespace(execution=Execution())
     latest = module(
-        "comfy_api.latest", io=io, ComfyExtension=ComfyExtension, ComfyAPISync=lambda: api, Types=types.SimpleNamespace(),
+        "comfy_api.latest", io=io, ComfyExtension=ComfyExtension, Types=types.SimpleNamespace(),
         InputImpl=types.SimpleNamespace(VideoFromFile=VideoFromFile),
     )
     module("comfy_api", latest=latest)
@@ -136,7 +135,7 @@ def install() -> None:
         "comfy.model_management",
         throw_exception_if_processing_interrupted=throw_exception_if_processing_interrupted,
     )
-    module("comfy", model_management=management)
+    module("comfy", model_management=management, utils=module("comfy.utils", ProgressBar=ProgressBar))
     module("comfy_extras", nodes_images=module("comfy_extras.nodes_images", SVG=SVG))
     module("folder_paths", get_temp_directory=lambda: state.temp)
     module("torch", Tensor=Tensor, float32=np.float32, from_numpy=Tensor)

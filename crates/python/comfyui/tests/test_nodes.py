@@ -75,8 +75,8 @@ def test_a_clip_is_one_stream(channels):
     expected = np.stack(list(polyreel.Renderer(points=60, quality="normal", coherence=0.4, seed=0).stream(frames)))
     assert out.dtype == np.float32 and np.array_equal(out, expected)
     assert np.array_equal(mask, 1 - out[..., 3] if channels == 4 else np.zeros(frames.shape[:3]))
-    assert standin.state.told[-1]["value"] == 8 and standin.state.told[-1]["max_value"] == 8
-    assert standin.state.told[0]["preview_image"].size == (64, 48)
+    assert standin.state.told[-1]["value"] == 8 and standin.state.told[-1]["total"] == 8
+    assert standin.state.told[0]["preview"][1].size == (64, 48) and standin.state.told[0]["node"] == "7"
     assert standin.state.checks == 8
 
 
