@@ -150,15 +150,17 @@ impl Sink for Tap {
     }
 }
 
-/// The runs that are under way, so that the interpreter's end is theirs.
-static RUNS: Mutex<Vec<Control>> = Mutex::new(Vec::new());
+/// The runs that are under way and their processes' numbers, so that the interpreter's end is theirs. A process that
+/// was forked has its parent's list.
+static RUNS: Mutex<Vec<(u32, Control)>> = Mutex::new(Vec::new());
 
 /// A run in the list.
 struct Listed(Control);
 
 impl Listed {
     fn new(control: Control) -> Self {
-        RUNS.lock().unwrap_or_else(PoisonError::into_inner).push(control.clone());
+        let entry = (process::id(), control.clone());
+        RUNS.lock().unwrap_or_else(PoisonError::into_inner).push(entry);
         Self(control)
     }
 }
@@ -166,15 +168,16 @@ impl Listed {
 impl Drop for Listed {
     fn drop(&mut self) {
         let mut runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
-        runs.retain(|run| run.processes != self.0.processes);
+        runs.retain(|(_, run)| run.processes != self.0.processes);
     }
 }
 
-/// Ends all runs and their processes, and removes what they have not finished. For the interpreter's end.
+/// Ends all runs of this process and the programs that they have started, and removes what they have not finished. For
+/// the interpreter's end.
 #[pyfunction]
 pub(crate) fn end_all() {
     let runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
-    for run in runs.iter() {
+    for (_, run) in runs.iter().filter(|(process, _)| *process == process::id()) {
         run.stop.request();
         run.processes.end_all();
         run.unfinished.remove_all();

@@ -14,7 +14,7 @@ class LookOptions(TypedDict, total=False):
     """What decides how a picture looks."""
 
     preset: Path | None
-    """Begin with the settings of a preset (see 'polyreel presets') or of a preset file; options beside it win
+    """Begin with the settings of a preset (see 'polyreel presets') or of a preset file; options given with it win
     [default: none]"""
     method: Literal["hrlp", "help", "hslp", "rlp", "entropy", "pic2polyart"] | None
     """How feature points and seeds are found [default: hrlp]"""
@@ -100,7 +100,7 @@ class FileOptions(LookOptions, total=False):
     max_memory: int | None
     """Memory that decoding may take: larger pictures are refused; 512M, 4G, or bytes [default: 1G]"""
     allow_truncated: bool | None
-    """Keep what can be read of an input that breaks off [default: fail]"""
+    """Keep what can be read of an input that breaks off or is damaged [default: fail]"""
     ffmpeg: Path | None
     """The ffmpeg program that reads and writes video [default: the one on the search path]"""
     overwrite: bool | None
