@@ -2,6 +2,8 @@
 
 mod evaluate;
 mod film;
+mod looks;
+mod page;
 mod preview;
 
 use std::ffi::OsString;
@@ -24,6 +26,8 @@ use crate::program::look::{LookArgs, one_of};
 
 pub(crate) use evaluate::EvaluateArgs;
 pub(crate) use film::{DivisionArgs, FilmArgs, JoinArgs, PlanArgs, RefusedArgs};
+pub(crate) use looks::LooksArgs;
+pub(crate) use page::paged;
 pub(crate) use preview::PreviewArgs;
 
 /// Turns pictures, GIFs and video into low-poly art, frame by frame.
@@ -41,6 +45,8 @@ pub(crate) enum Command {
     Render(Box<RenderArgs>),
     /// Show pictures, video or a camera as low-poly art in a live window
     Preview(Box<PreviewArgs>),
+    /// Show every preset on a picture or clip, as a labelled contact sheet
+    Looks(LooksArgs),
     /// Plan a film that is rendered in parts: find its shots
     Plan(Box<PlanArgs>),
     /// Join the parts of a planned film, and add its sound
@@ -81,6 +87,7 @@ const RENDER_EXAMPLES: &str = "Examples:
   polyreel render portrait.png -o lowpoly.png
   polyreel render dance.gif -o dance-lowpoly.gif --points 1500 --loop
   polyreel render frames/ -o out/
+  polyreel render pictures/ -o out/ --batch --format jpg
   polyreel render 'shots/*.jpg' -o shots.gif --fps 12 --outline=white
   polyreel render clip.mp4 -o lowpoly.mp4 --start 0:05 --end 0:10
   ffmpeg -i clip.mp4 -f yuv4mpegpipe - | polyreel render - -o - | ffplay -";
@@ -97,16 +104,22 @@ pub(crate) struct RenderArgs {
     /// write nothing
     #[arg(short, long, value_name = "OUTPUT", help_heading = "Output")]
     pub(crate) output: Option<OsString>,
+    /// Render each input by itself, to a folder, under its own name; what cannot be read is reported and passed over.
+    /// Understood by itself where pictures of several sizes go to a folder
+    #[arg(long, help_heading = "Output")]
+    #[arg(conflicts_with_all = ["report", "replay", "preview", "plan", "resume", "sound"])]
+    pub(crate) batch: bool,
     #[command(flatten)]
     pub(crate) write: WriteArgs,
     #[command(flatten)]
     pub(crate) video: VideoArgs,
     #[command(flatten)]
-    pub(crate) look: LookArgs,
-    #[command(flatten)]
     pub(crate) run: RunArgs,
     #[command(flatten)]
     pub(crate) film: FilmArgs,
+    // The last: it ends in the paper's parameters.
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
 }
 
 #[derive(Debug, Args)]

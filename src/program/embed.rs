@@ -68,8 +68,9 @@ pub struct Described {
 }
 
 /// What concerns the terminal, is an argument of its own, or is done by several processes.
-const NOT_OPTIONS: [&str; 11] = [
+const NOT_OPTIONS: [&str; 12] = [
     "output",
+    "batch",
     "preview",
     "quiet",
     "verbose",

@@ -27,6 +27,7 @@ use polyreel::stream::{Span, StreamInfo};
 use crate::program::cli::InspectArgs;
 use crate::program::convergence::Convergence;
 use crate::program::interrupt::Interrupt;
+use crate::program::progress::spinner;
 use crate::program::render::fell_short;
 use crate::program::{Outcome, npy, record};
 
@@ -59,10 +60,15 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
     };
     let frame = decoded.frame;
 
+    let bar = spinner();
+    bar.set_message("finding feature points");
     let mut extractor = Extractor::new(&options);
     let regions = extractor.regions(&frame);
     let features = extractor.extract(&frame, Look::Full);
-    let Course { grid, before, after, convergence } = course(&options, &features, &frame)?;
+    bar.set_message("refining the mesh");
+    let course = course(&options, &features, &frame);
+    bar.set_message("drawing the stages");
+    let Course { grid, before, after, convergence } = course?;
     let with_edges = |mesh: &Mesh| {
         let mut pixels = faded(&frame);
         draw::edges(&mut pixels, mesh, INK, 1);
@@ -102,6 +108,7 @@ pub(crate) fn inspect(args: &InspectArgs) -> Result<Outcome> {
     record::put(&plot, convergence.svg().as_bytes(), args.overwrite)?;
     let figures = plot.with_extension("csv");
     record::put(&figures, convergence.csv().as_bytes(), args.overwrite)?;
+    bar.finish_and_clear();
     Ok(Outcome::Done)
 }
 

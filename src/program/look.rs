@@ -9,8 +9,11 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use polyreel::error::{Error, Result};
 use polyreel::options::{
-    CellPercentiles, Colour, Edges, FrontEnd, Method, Options, Points, Quality, Target, Thresholds,
+    CellPercentiles, Colour, Edges, FrontEnd, Method, Options, PRESETS, Points, Quality, Target,
+    Thresholds,
 };
+
+use crate::program::suggest::meant;
 
 /// How the result looks. Every field that is given replaces the preset's.
 #[derive(Debug, Args)]
@@ -28,7 +31,7 @@ pub(crate) struct LookArgs {
         "Seeds of a frame: a count (2000), a share of its pixels (1.5%), or auto: the fewest, to 2 %, \
          that reach --error on the first frame; they stay for the frames after it",
         Options::default().points))]
-    points: Option<Points>,
+    pub(crate) points: Option<Points>,
     #[arg(long, value_name = "S", help = with_default(
         "Decides all chance: the same seed gives the same bytes", Options::default().seed))]
     seed: Option<u64>,
@@ -56,8 +59,9 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "NAME", value_parser = one_of(Edges::ALL, Edges::name), help = with_default(
         "How triangles meet: smooth, a step spread over two pixels, or hard; GIFs always have hard edges",
         Options::default().edges.name()))]
-    edges: Option<Edges>,
-    /// Draw the edges of the mesh, in black or in COLOUR (white, #802040) [default: none]
+    pub(crate) edges: Option<Edges>,
+    /// Draw the edges of the mesh, in black or in COLOUR (white, #802040); --outline-width and
+    /// --outline-contrast draw them, too [default: none]
     #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true)]
     #[arg(default_missing_value = "black")]
     outline: Option<Colour>,
@@ -156,7 +160,7 @@ impl LookArgs {
         };
         let options = Options {
             edges: self.edges.unwrap_or(base.edges),
-            outline: self.outline.or(base.outline),
+            outline: self.outline.or(base.outline).or(self.implied_outline()),
             outline_width: self.outline_width.unwrap_or(base.outline_width),
             outline_contrast: self.outline_contrast.unwrap_or(base.outline_contrast),
             saturation: self.saturation.unwrap_or(base.saturation),
@@ -165,6 +169,12 @@ impl LookArgs {
         };
         options.validate()?;
         Ok(options)
+    }
+
+    /// The outline of whoever gives only its width or contrast: in black, as `--outline` alone.
+    fn implied_outline(&self) -> Option<Colour> {
+        let implied = self.outline_width.is_some() || self.outline_contrast.is_some();
+        implied.then_some(Colour([0, 0, 0, 255]))
     }
 
     fn asks_for_a_mesh(&self) -> bool {
@@ -227,7 +237,7 @@ impl LookArgs {
         put(&mut options.diffusion_kappa, &self.diffusion_kappa);
         put(&mut options.diffusion_gamma, &self.diffusion_gamma);
         options.features = self.features.or(options.features);
-        options.outline = self.outline.or(options.outline);
+        options.outline = self.outline.or(options.outline).or(self.implied_outline());
         options.hex_density = self.hex_density.or(options.hex_density);
         if self.points.is_some() {
             // A given number of points replaces the grid of the preset.
@@ -239,10 +249,11 @@ impl LookArgs {
 }
 
 /// The preset `name`, or the one in the file of that name.
-fn preset(name: &str) -> Result<Options> {
+pub(crate) fn preset(name: &str) -> Result<Options> {
     let path = Path::new(name);
     if !name.ends_with(".toml") && !path.is_file() {
-        return Ok(Options::preset(name)?);
+        let names = PRESETS.map(|preset| preset.name);
+        return Options::preset(name).map_err(|unknown| meant(unknown, name, &names));
     }
     let wrong = |what: String| Error::input(path, what);
     let mut text = String::new();

@@ -1,7 +1,8 @@
 //! Completions and manual pages, from the same definitions as the command line.
 
-use clap::CommandFactory;
+use clap::{Command, CommandFactory};
 use polyreel::error::{Error, Result};
+use polyreel::options::PRESETS;
 
 use crate::program::cli::Cli;
 use crate::program::{Outcome, print};
@@ -9,8 +10,19 @@ use crate::program::{Outcome, print};
 /// Prints the completion script for `shell`.
 pub(crate) fn completions(shell: clap_complete::Shell) -> Result<Outcome> {
     let mut script = Vec::new();
-    clap_complete::generate(shell, &mut Cli::command(), "polyreel", &mut script);
+    let mut command = Cli::command().mut_subcommands(with_presets);
+    clap_complete::generate(shell, &mut command, "polyreel", &mut script);
     print(&script)
+}
+
+/// `command` with the names of presets as the values that shells offer.
+fn with_presets(command: Command) -> Command {
+    let lists = command.get_name() == "presets";
+    command.mut_args(|arg| match arg.get_id().as_str() {
+        "preset" => arg.value_parser(PRESETS.map(|preset| preset.name)),
+        "name" if lists => arg.value_parser(PRESETS.map(|preset| preset.name)),
+        _ => arg,
+    })
 }
 
 /// Prints the manual page of the program, or of `command`.

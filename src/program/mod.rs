@@ -3,7 +3,9 @@
 //!
 //! Exit codes: 0 done, 1 failed, 2 usage, 130 stopped by Ctrl-C.
 
+mod advice;
 mod amount;
+mod batch;
 mod budget;
 mod cli;
 mod convergence;
@@ -14,9 +16,12 @@ mod film;
 mod info;
 mod inspect;
 mod interrupt;
+mod letters;
 mod look;
+mod looks;
 mod manual;
 mod npy;
+mod parse;
 mod plot;
 mod presets;
 #[cfg(feature = "preview")]
@@ -26,18 +31,19 @@ mod preview;
 mod preview;
 mod progress;
 mod record;
+mod remark;
 mod render;
 mod repaint;
 mod scores;
+mod suggest;
 mod terminal;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::Parser;
 use polyreel::error::{Error, Result};
 
-use cli::{Cli, Command};
+use cli::Command;
 
 /// How a command ended that did not fail.
 enum Outcome {
@@ -57,7 +63,7 @@ pub fn main() -> ExitCode {
 pub fn main_of(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     interrupt::survive_limits();
     // A wrong command line ends here, with exit code 2.
-    let cli = Cli::try_parse_from(arguments).unwrap_or_else(|error| refuse(&error));
+    let cli = parse::parse(arguments).unwrap_or_else(|error| refuse(&error));
     match crash::catch(|| run(cli.command)) {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::Interrupted) => 130,
@@ -74,6 +80,7 @@ fn run(command: Command) -> Result<Outcome> {
         Command::Plan(args) => film::plan(&args),
         Command::Join(args) => film::join(&args),
         Command::Preview(args) => preview::preview(&args),
+        Command::Looks(args) => looks::looks(&args),
         Command::Evaluate(args) => evaluate::evaluate(&args.settled()),
         Command::Inspect(args) => inspect::inspect(&args),
         Command::Info(args) => info::info(&args),

@@ -15,20 +15,52 @@ use crate::program::render::tell;
 use crate::program::terminal;
 
 /// How often the bar is drawn while no frame comes.
-const TICK: Duration = Duration::from_millis(200);
+pub(crate) const TICK: Duration = Duration::from_millis(200);
 
 /// Tells on the terminal how a run goes.
 #[derive(Debug)]
 pub(crate) struct Progress<'a> {
     run: &'a RunArgs,
     bar: ProgressBar,
+    /// What goes on until the first frame is done.
+    first_step: &'static str,
+    /// Until then, whether the number of frames is known.
+    awaits: Option<bool>,
 }
 
 impl<'a> Progress<'a> {
     /// As `run` asks for. A bar is drawn only if standard error is a terminal.
     pub(crate) fn new(run: &'a RunArgs) -> Self {
-        Self { run, bar: ProgressBar::hidden() }
+        Self {
+            run,
+            bar: ProgressBar::hidden(),
+            first_step: "rendering the first frame",
+            awaits: None,
+        }
     }
+
+    /// The same, which says that `first_step` goes on until the first frame is done.
+    pub(crate) fn waiting_for(self, first_step: &'static str) -> Self {
+        Self { first_step, ..self }
+    }
+}
+
+/// A bar for work that has nothing to count, on standard error where that is a terminal. Its message says what goes
+/// on.
+pub(crate) fn spinner() -> ProgressBar {
+    if !stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    bar.set_style(waiting_style());
+    bar.enable_steady_tick(TICK);
+    bar
+}
+
+/// How the bar looks while it has nothing to count: what goes on, and for how long.
+fn waiting_style() -> ProgressStyle {
+    ProgressStyle::with_template("{spinner} {msg}, {elapsed}")
+        .expect("the template is a fixed, sound one")
 }
 
 /// How a bar of frames looks.
@@ -51,13 +83,18 @@ impl Watcher for Progress<'_> {
         let target =
             if shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         self.bar = ProgressBar::with_draw_target(info.frames, target);
-        self.bar.set_style(style(info.frames.is_some()));
+        self.bar.set_style(waiting_style());
+        self.bar.set_message(self.first_step);
+        self.awaits = Some(info.frames.is_some());
         if shown {
             self.bar.enable_steady_tick(TICK);
         }
     }
 
     fn frame_done(&mut self, report: &FrameReport) -> ControlFlow<()> {
+        if let Some(length_known) = self.awaits.take() {
+            self.bar.set_style(style(length_known));
+        }
         self.bar.inc(1);
         if self.run.verbose {
             for change in &report.changes {

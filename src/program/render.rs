@@ -9,7 +9,7 @@ use std::sync::Arc;
 use indicatif::HumanBytes;
 use polyreel::error::{Error, Result};
 use polyreel::frame::Rational;
-use polyreel::options::{Options, Target};
+use polyreel::options::{Options, Points, Target};
 use polyreel::pipeline::{
     self, Controls, DetailPolicy, Ending, FrameReport, InputReport, Observer, OutputReport, Report,
     Script, Settings, Stop, Summary,
@@ -25,6 +25,7 @@ use polyreel::stage::Stage;
 use polyreel::stream::{StreamInfo, is_hdr};
 
 use crate::program::Outcome;
+use crate::program::batch::{is_meant, render_batch};
 use crate::program::cli::{RenderArgs, RunArgs};
 use crate::program::embed::Watcher;
 use crate::program::film;
@@ -32,6 +33,7 @@ use crate::program::interrupt::Interrupt;
 use crate::program::preview::RenderWindow;
 use crate::program::progress::Progress;
 use crate::program::record::Record;
+use crate::program::remark::remarks;
 use crate::program::repaint::repaint;
 use crate::program::terminal;
 
@@ -49,8 +51,30 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     }
     let stop = Stop::default();
     let interrupt = Interrupt::listen(&stop);
-    render_for(args, &stop, &interrupt, &mut Progress::new(&args.run))?;
+    let output = args.output.as_deref().ok_or_else(|| no_output(&args.input.inputs))?;
+    if args.batch {
+        return render_batch(args, output, &stop, &interrupt);
+    }
+    let mut progress = Progress::new(&args.run).waiting_for(first_step(args));
+    if let Err(error) = render_for(args, &stop, &interrupt, &mut progress) {
+        // Pictures of several sizes are no sequence.
+        let batch = matches!(error, Error::Input { .. }) && is_meant(args, output);
+        return if batch { render_batch(args, output, &stop, &interrupt) } else { Err(error) };
+    }
     Ok(if interrupt.happened() { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// What goes on until the first frame is done.
+fn first_step(args: &RenderArgs) -> &'static str {
+    match args.look.options() {
+        Ok(options) if options.points == Points::Auto => {
+            "finding the fewest points that reach --error"
+        }
+        Ok(options) if options.error.is_some() => {
+            "refining the first frame until it reaches --error"
+        }
+        _ => "rendering the first frame",
+    }
 }
 
 /// Renders the input to the output. All that there is to say is said to `watcher`.
@@ -61,7 +85,19 @@ pub(crate) fn render_for(
     watcher: &mut dyn Watcher,
 ) -> Result<()> {
     let output = args.output.as_deref().ok_or_else(|| no_output(&args.input.inputs))?;
-    if let [one] = &args.input.inputs[..]
+    render_to(args, &args.input.inputs, output, stop, interrupt, watcher)
+}
+
+/// As [`render_for`], of other inputs to another output.
+pub(crate) fn render_to(
+    args: &RenderArgs,
+    inputs: &[OsString],
+    output: &OsStr,
+    stop: &Stop,
+    interrupt: &Interrupt,
+    watcher: &mut dyn Watcher,
+) -> Result<()> {
+    if let [one] = inputs
         && is_mesh_stream(one)
     {
         return repaint(args, one, output, stop, interrupt, watcher);
@@ -74,7 +110,7 @@ pub(crate) fn render_for(
         browser_delays: !to_gif,
         ..args.input.options(interrupt.processes())
     };
-    let input = source::open(&args.input.inputs, &wanted)?;
+    let input = source::open(inputs, &wanted)?;
     let info = input.info().clone();
     if info.still {
         // Nothing comes after it: --refine STEPS means just so many.
@@ -82,13 +118,13 @@ pub(crate) fn render_for(
     }
     let record = record_of(args, input.paths(), output, interrupt)?;
     let controls = Controls::new(options.clone())?;
-    let window =
-        args.run.preview.then(|| RenderWindow::open(&args.input.inputs, &info, controls.clone()));
+    let window = args.run.preview.then(|| RenderWindow::open(inputs, &info, controls.clone()));
     let window = window.transpose()?;
     let sink_options = sink_options(args, &options, &input, interrupt)?;
     let sink = create_sink(args, output, &info, &options, &sink_options)?;
     sink.needs().adapt(&mut options);
-    let mut warnings = [input.warnings(), sink.warnings()].concat();
+    let remarks = remarks(&args.look, info.size, to_gif);
+    let mut warnings = [input.warnings(), sink.warnings(), &remarks].concat();
     if !to_video && info.colour.as_ref().is_some_and(is_hdr) {
         warnings.push(HDR_STAYS.to_owned());
     }
@@ -133,7 +169,7 @@ pub(crate) fn render_for(
     };
     watcher.ended(&info, &written, &summary);
     if let Some(record) = record {
-        let input = InputReport::new(&args.input.inputs, info);
+        let input = InputReport::new(inputs, info);
         record.write(&Report::new(input, written, options, &summary, per_frame))?;
     }
     Ok(())

@@ -151,13 +151,33 @@ impl Encoder {
         if wanted { arguments([&"-tag:v", &"hvc1"]) } else { Vec::new() }
     }
 
+    /// The largest constant quality of the encoder, where it is known.
+    fn worst_crf(&self) -> Option<u32> {
+        match self.name.as_str() {
+            "libx264" | "libx265" => Some(51),
+            "libvpx" | "libvpx-vp9" | "libsvtav1" | "libaom-av1" => Some(63),
+            _ => None,
+        }
+    }
+
+    fn check_crf(&self, crf: Option<u32>) -> Result<()> {
+        match (crf, self.worst_crf()) {
+            (Some(crf), Some(worst)) if crf > worst => Err(Error::usage(format!(
+                "--crf {crf} is out of range: for {} it can be 0 (best) to {worst}",
+                self.name
+            ))),
+            _ => Ok(()),
+        }
+    }
+
     /// Its options for quality `crf` and speed `preset` (x264's names).
     ///
     /// # Errors
-    /// [`Error::Usage`] when the encoder has no such preset.
+    /// [`Error::Usage`] when the encoder has no such preset or quality.
     pub(crate) fn options(&self, crf: Option<u32>, preset: Option<&str>) -> Result<Vec<OsString>> {
         let mut args = arguments([&"-c:v", &self.name]);
         let usual = CODECS.iter().find(|(_, encoder, _)| *encoder == self.name);
+        self.check_crf(crf)?;
         let crf = crf.or_else(|| usual.and_then(|(.., crf)| *crf));
         if let Some(crf) = crf {
             args.extend(arguments([&"-crf", &crf.to_string()]));
@@ -225,6 +245,17 @@ mod tests {
         assert_eq!(args, ["-c:v", "libx264", "-crf", "23", "-preset", "slow"]);
         let speeds: Vec<String> = (0..PRESETS.len()).map(speed).collect();
         assert_eq!(speeds, ["8", "7", "6", "5", "4", "3", "1", "0", "0", "0"]);
+    }
+
+    #[test]
+    fn a_quality_out_of_range_is_refused() {
+        let said = |codec, crf| {
+            Encoder::of(codec, Container::Mkv).options(Some(crf), None).map_err(|e| e.to_string())
+        };
+        assert!(said(None, 51).is_ok() && said(Some("av1"), 63).is_ok());
+        assert!(said(Some("ffv1"), 99).is_ok(), "what is not known is left to ffmpeg");
+        assert!(said(None, 52).expect_err("too large").contains("0 (best) to 51"));
+        assert!(said(Some("vp9"), 99).expect_err("too large").contains("63"));
     }
 
     #[test]

@@ -231,6 +231,11 @@ pub fn create(
             let spec = VideoSpec { sound: options.sound.clone(), ..VideoSpec::of(info, info.size) };
             Ok(Box::new(VideoSink::create(path, spec, options)?))
         }
+        "" => Err(Error::usage(format!(
+            "{}: the name has no ending that says what to write; for pictures in a folder write {0}/, for one file \
+             {0}.png, {0}.gif or {0}.mp4",
+            path.display()
+        ))),
         _ => Err(Error::usage(format!(
             "{}: the name must end in what to write: {STILLS}, .gif, {VIDEOS}, .y4m, .polyreel, .usda; \
              or name a folder (frames/), a pattern (frame_%04d.png), - for y4m on standard output, or \
@@ -238,6 +243,11 @@ pub fn create(
             path.display()
         ))),
     }
+}
+
+/// Whether pictures of pixels with the lower-case `extension` can be written.
+pub(crate) fn is_still(extension: &str) -> bool {
+    Format::of_extension(extension).is_some()
 }
 
 fn ends_in_separator(name: &OsStr) -> bool {

@@ -20,7 +20,7 @@ use super::unfinished::{Entry, Unfinished};
 use crate::error::{Error, Result, copied};
 use check::{exists, folder_of, keep_permissions, misplaced, target_of, unwritable};
 
-pub use series::Series;
+pub use series::{Made, Series};
 
 /// What temporary names begin with; the dot hides them.
 const PREFIX: &str = ".polyreel-";

@@ -47,6 +47,8 @@ use crate::frame::{Frame, Rational};
 use crate::memory;
 use crate::stream::{Span, StreamInfo};
 
+pub(crate) use detect::is_called_picture;
+
 use detect::Kind;
 use limit::Limit;
 use resize::Resize;

@@ -107,7 +107,7 @@ fn picture(path: &Path) -> Result<ImageFormat> {
     let refused = |what: &str| {
         Err(Error::input(
             path,
-            format!("{what} cannot be one picture of a sequence; name it alone"),
+            format!("{what} cannot be one picture of a sequence; name it alone, or add --batch"),
         ))
     };
     match detect::detect(path)? {
@@ -133,7 +133,7 @@ fn same_size(path: &Path, number: u64, size: Size, first: &Path, expected: Size)
         number,
         format!(
             "is {size} pixels, but the sequence began with {first} of {expected}; \
-             all pictures of a sequence need one size"
+             all pictures of a sequence need one size; to a folder (-o out/) pictures of any size go one by one"
         ),
     ))
 }

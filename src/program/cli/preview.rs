@@ -27,8 +27,6 @@ pub(crate) struct PreviewArgs {
     /// Size of the window at first, by that of the picture: 1, 0.5, 2 [default: what suits the display]
     #[arg(long, value_name = "FACTOR", value_parser = amount::factor, help_heading = "Window")]
     pub(crate) scale: Option<f64>,
-    #[command(flatten)]
-    pub(crate) look: LookArgs,
     /// Time for each frame: 33ms, 0.5s, or auto, as long as a frame of the source is shown. Detail is
     /// chosen so that every stage keeps within it [default: auto]
     #[arg(long, value_name = "TIME", value_parser = budget, help_heading = "Run")]
@@ -39,4 +37,7 @@ pub(crate) struct PreviewArgs {
     /// Threads that work inside a frame [default: one a core; at most 256]
     #[arg(long, value_name = "N", value_parser = amount::threads, help_heading = "Run")]
     pub(crate) threads: Option<NonZeroUsize>,
+    // The last: it ends in the paper's parameters.
+    #[command(flatten)]
+    pub(crate) look: LookArgs,
 }

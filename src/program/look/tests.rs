@@ -74,6 +74,10 @@ fn check(base: &[String], flag: &str, value: &str, wanted: &Value) {
     let mut expected = options(base);
     assert_ne!(expected.get(flag), Some(wanted), "--{flag} {value} is what is there already");
     expected.insert(flag.into(), wanted.clone());
+    if ["outline-width", "outline-contrast"].contains(&flag) && expected["outline"].is_null() {
+        // They mean nothing without an outline.
+        expected.insert("outline".into(), json!("#000000"));
+    }
     let found = options(&[base, &[format!("--{flag}={value}")]].concat());
     assert_eq!(found, expected, "--{flag} {value}");
 }

@@ -29,9 +29,9 @@ pub struct Series {
     _entry: Entry,
 }
 
-/// A folder that was made for the output, and is removed again unless the output is complete.
+/// A folder that was made for an output. It is removed again when this is dropped, if it is empty then.
 #[derive(Debug)]
-struct Made {
+pub struct Made {
     path: PathBuf,
     _entry: Entry,
 }
@@ -48,7 +48,7 @@ impl Made {
     ///
     /// # Errors
     /// When its parent is missing or read-only.
-    fn new(folder: &Path, unfinished: &Unfinished) -> Result<Option<Self>> {
+    pub fn new(folder: &Path, unfinished: &Unfinished) -> Result<Option<Self>> {
         check_folder(folder, folder_of(folder))?;
         match fs::create_dir(folder) {
             Ok(()) => {

@@ -1,12 +1,15 @@
 //! The program itself, on inputs made here: what it writes, says and returns.
 
 mod bad;
+mod batch;
 mod budget;
 mod evaluate;
 mod faults;
 mod films;
 mod interrupt;
 mod limits;
+mod looks;
+mod manners;
 mod no_display;
 mod render;
 mod tell;

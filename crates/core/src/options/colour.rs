@@ -42,7 +42,8 @@ impl std::str::FromStr for Colour {
         }
         let wrong = || {
             Error::options(format!(
-                "'{text}' is not a colour: write #rgb, #rrggbb, #rrggbbaa or a name such as white"
+                "'{text}' is not a colour: write #rgb, #rrggbb, #rrggbbaa or one of {}",
+                COLOUR_NAMES.map(|(name, _)| name).join(", ")
             ))
         };
         let hex = lower.strip_prefix('#').ok_or_else(wrong)?;
