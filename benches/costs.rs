@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use chain::{Chain, STAGES};
 use polyreel::frame::Frame;
 use polyreel::geom::Size;
-use polyreel::options::{Options, Points};
+use polyreel::options::{FillMode, Options, Points, Shape};
 use polyreel::render::Renderer;
 
 /// Different frames, shown over and over.
@@ -22,6 +22,7 @@ const BEFORE: usize = 8;
 fn main() {
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     one.install(stages);
+    one.install(looks);
     scaling(&one);
 }
 
@@ -56,6 +57,31 @@ fn stages() {
                 println!(" {:.2} |", times.iter().sum::<f64>());
             }
         }
+    }
+}
+
+/// Fills, shapes and the like, each beside the default: carried frames at 1080p with one step, and 2,000 seeds.
+fn looks() {
+    println!("\n| look | features | sample | triangulate | refine | rasterise | all |");
+    println!("|---|--:|--:|--:|--:|--:|--:|");
+    let film = film::shot(Size::new(1920, 1080), DIFFERENT);
+    let plain = Options { points: Points::Count(2_000), ..with_steps(1) };
+    let mut rows = vec![("default".to_owned(), plain.clone())];
+    for fill in FillMode::ALL.into_iter().filter(|&fill| fill != FillMode::Mean) {
+        rows.push((format!("fill {}", fill.name()), Options { fill, ..plain.clone() }));
+    }
+    for shape in [Shape::Polygons, Shape::Voronoi] {
+        rows.push((format!("shape {}", shape.name()), Options { shape, ..plain.clone() }));
+    }
+    let palette = Some("12".parse().expect("a number of colours"));
+    rows.push(("palette 12".to_owned(), Options { palette, ..plain.clone() }));
+    let focus = Some("saliency".parse().expect("a focus"));
+    rows.push(("focus saliency".to_owned(), Options { focus, ..plain }));
+    for (name, options) in rows {
+        let times = time_stages(&film, &options, 16);
+        print!("| {name} |");
+        times.iter().for_each(|ms| print!(" {ms:.2} |"));
+        println!(" {:.2} |", times.iter().sum::<f64>());
     }
 }
 

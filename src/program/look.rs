@@ -8,10 +8,12 @@ use std::path::Path;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use polyreel::error::{Error, Result};
+use polyreel::frame::{Rgba, luma};
 use polyreel::options::{
-    CellPercentiles, Colour, Edges, FrontEnd, Method, Options, PRESETS, Points, Quality, Target,
-    Thresholds,
+    CellPercentiles, Colour, Duotone, Edges, FillMode, Focus, FrontEnd, Method, Options, PRESETS,
+    Palette, Points, Quality, Shape, Target, Thresholds,
 };
+use polyreel::source::{self, SourceOptions};
 
 use crate::program::suggest::meant;
 
@@ -78,6 +80,33 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "W", help = with_default(
         "How far colours are washed out, 0 (not at all) to 1 (white)", Options::default().wash))]
     wash: Option<f64>,
+    #[arg(long, value_name = "NAME", value_parser = one_of(FillMode::ALL, FillMode::name), help = with_default(
+        "What triangles are filled with: their mean or median colour, that at their centroid, a plane of colour \
+         (linear), colours that go on over edges (gouraud), or none: lines on transparency",
+        Options::default().fill.name()))]
+    fill: Option<FillMode>,
+    #[arg(long, value_name = "C", help = with_default(
+        "How far light and dark lie apart, 0 to 4, in steps that look equal", Options::default().contrast))]
+    contrast: Option<f64>,
+    #[arg(long, value_name = "S", help = with_default(
+        "As --saturation, but lightness and hue stay: skin does not burn", Options::default().chroma))]
+    chroma: Option<f64>,
+    /// Print in two tones: colours in place of black and white (navy,#ffe8c0) [default: none]
+    #[arg(long, value_name = "DARK,LIGHT")]
+    duotone: Option<Duotone>,
+    /// The colours that the picture may have: a number of them, learned from the first frame and kept; a list
+    /// (#102030,gold,white); or a file of them, .gpl or .hex [default: none]
+    #[arg(long, value_name = "N|COLOURS|FILE", value_parser = palette)]
+    palette: Option<Palette>,
+    #[arg(long, value_name = "NAME", value_parser = one_of(Shape::ALL, Shape::name), help = with_default(
+        "What is filled and outlined together: triangles, polygons (panes of like colour), or the cells of a \
+         Voronoi diagram",
+        Options::default().shape.name()))]
+    shape: Option<Shape>,
+    /// Where the picture gets more and smaller facets: saliency, found in every frame; X,Y,R, a place and a radius
+    /// (50%,40%,20%, or pixels); or MASK, a picture that is light there [default: none]
+    #[arg(long, value_name = "saliency|X,Y,R|MASK")]
+    focus: Option<Focus>,
     #[arg(long, value_name = "N", help = with_default(
         "How often a frame is smoothed before its colours are clustered, 0 to 8 (in the paper 0)",
         Options::default().smoothing))]
@@ -151,7 +180,8 @@ impl LookArgs {
         if self.asks_for_a_mesh() {
             return Err(Error::usage(
                 "a mesh stream is painted, not triangulated anew: of the looks only --edges, --outline, \
-                 --outline-width, --outline-contrast, --saturation, --wash and --preset have an effect on it",
+                 --outline-width, --outline-contrast, --saturation, --wash, --contrast, --chroma, --duotone, --palette, \
+                 --fill none and --preset have an effect on it",
             ));
         }
         let base = match &self.preset {
@@ -165,6 +195,11 @@ impl LookArgs {
             outline_contrast: self.outline_contrast.unwrap_or(base.outline_contrast),
             saturation: self.saturation.unwrap_or(base.saturation),
             wash: self.wash.unwrap_or(base.wash),
+            fill: self.repainted_fill(&base, look)?,
+            contrast: self.contrast.unwrap_or(base.contrast),
+            chroma: self.chroma.unwrap_or(base.chroma),
+            duotone: self.duotone.or(base.duotone),
+            palette: self.palette.clone().or_else(|| base.palette.clone()),
             ..look.clone()
         };
         options.validate()?;
@@ -175,6 +210,22 @@ impl LookArgs {
     fn implied_outline(&self) -> Option<Colour> {
         let implied = self.outline_width.is_some() || self.outline_contrast.is_some();
         implied.then_some(Colour([0, 0, 0, 255]))
+    }
+
+    /// The fill of a mesh stream that is painted anew: it has one colour a triangle.
+    fn repainted_fill(&self, base: &Options, look: &Options) -> Result<FillMode> {
+        match self.fill {
+            Some(fill) if fill != look.fill && fill != FillMode::None => {
+                Err(Error::usage(format!(
+                    "a mesh stream has the colours that it was written with, here of --fill {}; it can be painted with \
+                 them, or with --fill none",
+                    look.fill.name()
+                )))
+            }
+            Some(fill) => Ok(fill),
+            None if base.fill == FillMode::None => Ok(FillMode::None),
+            None => Ok(look.fill),
+        }
     }
 
     fn asks_for_a_mesh(&self) -> bool {
@@ -192,6 +243,8 @@ impl LookArgs {
             self.hex_density.is_some(),
             self.max_points.is_some(),
             self.features.is_some(),
+            self.shape.is_some(),
+            self.focus.is_some(),
         ];
         given.contains(&true)
     }
@@ -218,6 +271,14 @@ impl LookArgs {
         put(&mut options.outline_contrast, &self.outline_contrast);
         put(&mut options.saturation, &self.saturation);
         put(&mut options.wash, &self.wash);
+        put(&mut options.fill, &self.fill);
+        put(&mut options.contrast, &self.contrast);
+        put(&mut options.chroma, &self.chroma);
+        options.duotone = self.duotone.or(options.duotone);
+        options.palette = self.palette.clone().or(options.palette);
+        put(&mut options.shape, &self.shape);
+        options.focus = self.focus.clone().or(options.focus);
+        load_focus(&mut options)?;
         put(&mut options.smoothing, &self.smoothing);
         put(&mut options.clusters, &self.clusters);
         put(&mut options.interval, &self.interval);
@@ -248,6 +309,37 @@ impl LookArgs {
     }
 }
 
+/// Reads the mask of the focus of `options`, if there is one that has no pixels yet.
+fn load_focus(options: &mut Options) -> Result<()> {
+    let Some(Focus::Mask(mask)) = &mut options.focus else { return Ok(()) };
+    if !mask.weights.is_empty() {
+        return Ok(());
+    }
+    let path = std::path::PathBuf::from(&mask.name);
+    let input = source::open(&[path], &SourceOptions::default())?;
+    let first = input.start()?.next()?;
+    let Some(first) = first else { return Err(Error::usage("the focus mask has no picture")) };
+    let frame = first.frame;
+    // What is transparent does not matter.
+    let weight = |&pixel: &Rgba| (u16::from(luma(pixel)) * u16::from(pixel[3]) / 255) as u8;
+    mask.size = frame.size();
+    mask.weights = frame.pixels().iter().map(weight).collect();
+    Ok(())
+}
+
+/// A palette as the command line names it.
+fn palette(text: &str) -> Result<Palette> {
+    let path = Path::new(text);
+    if !path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("gpl") || e.eq_ignore_ascii_case("hex"))
+    {
+        return Ok(text.parse()?);
+    }
+    let read = read_small(path, "palette")?;
+    Palette::from_file(&read).map_err(|error| Error::input(path, error.to_string()))
+}
+
 /// The preset `name`, or the one in the file of that name.
 pub(crate) fn preset(name: &str) -> Result<Options> {
     let path = Path::new(name);
@@ -255,13 +347,19 @@ pub(crate) fn preset(name: &str) -> Result<Options> {
         let names = PRESETS.map(|preset| preset.name);
         return Options::preset(name).map_err(|unknown| meant(unknown, name, &names));
     }
+    let text = read_small(path, "preset")?;
+    polyreel::preset::from_toml(&text).map_err(|error| Error::input(path, error.to_string()))
+}
+
+/// The text of a small file that is a `kind`.
+fn read_small(path: &Path, kind: &str) -> Result<String> {
     let wrong = |what: String| Error::input(path, what);
     let mut text = String::new();
     let file = File::open(path)
         .map_err(|error| wrong(format!("cannot be read: {error}")).caused_by(error))?;
     let read = file.take(MOST_BYTES).read_to_string(&mut text);
-    read.map_err(|error| wrong(format!("is no preset: {error}")).caused_by(error))?;
-    polyreel::preset::from_toml(&text).map_err(|error| wrong(error.to_string()))
+    read.map_err(|error| wrong(format!("is no {kind}: {error}")).caused_by(error))?;
+    Ok(text)
 }
 
 /// The most bytes of a preset file: many times the size of all options.

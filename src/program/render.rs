@@ -122,6 +122,7 @@ pub(crate) fn render_to(
     let window = window.transpose()?;
     let sink_options = sink_options(args, &options, &input, interrupt)?;
     let sink = create_sink(args, output, &info, &options, &sink_options)?;
+    sink.needs().check(&options)?;
     sink.needs().adapt(&mut options);
     let remarks = remarks(&args.look, info.size, to_gif);
     let mut warnings = [input.warnings(), sink.warnings(), &remarks].concat();

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::frame::Rgba;
 use crate::mesh::Mesh;
 use crate::options::Options;
-use crate::rasterise::{graded, outlined};
+use crate::rasterise::{Grade, outlined};
 use crate::stream::Span;
 
 /// A frame's facets.
@@ -30,8 +30,8 @@ impl Facets {
     }
 
     /// The colours after grading by `look`.
-    pub(super) fn graded(&self, look: &Options) -> Vec<Rgba> {
-        graded(&self.colours, look)
+    pub(super) fn graded(&self, grade: &mut Grade) -> Vec<Rgba> {
+        grade.graded(&self.mesh, &self.colours)
     }
 
     /// The edges along which `look` draws lines.

@@ -37,7 +37,7 @@ use crate::colour::Form;
 use crate::error::{Error, Result};
 use crate::frame::{Buffers, Fill, Frame, Rgba};
 use crate::mesh::Mesh;
-use crate::options::{Edges, Options};
+use crate::options::{Edges, FillMode, Options};
 use crate::pattern::Pattern;
 use crate::stream::{Loops, Span, StreamInfo};
 use crate::svg::Seams;
@@ -92,6 +92,21 @@ pub struct Needs {
 }
 
 impl Needs {
+    /// Whether the sink can show what `options` ask for.
+    ///
+    /// # Errors
+    /// When pictures come [plain](Needs::plain), as facets of one colour each, and facets are to have gradients.
+    pub fn check(&self, options: &Options) -> Result<()> {
+        if self.plain && options.fill.is_gradient() {
+            return Err(Error::usage(format!(
+                "--fill {} gives a triangle more than one colour, and this output holds one a triangle: write a \
+                 picture or a video, without --scale, or take another --fill",
+                options.fill.name()
+            )));
+        }
+        Ok(())
+    }
+
     /// Changes `options` to the requirements.
     pub fn adapt(&self, options: &mut Options) {
         if let Some(edges) = self.edges {
@@ -99,6 +114,11 @@ impl Needs {
         }
         if self.plain {
             (options.saturation, options.wash, options.outline) = (1.0, 0.0, None);
+            (options.contrast, options.chroma) = (1.0, 1.0);
+            (options.duotone, options.palette) = (None, None);
+            if options.fill == FillMode::None {
+                options.fill = FillMode::Mean;
+            }
         }
     }
 }

@@ -11,6 +11,7 @@ use super::{Needs, Origin, Picture, Sink, SinkOptions};
 use crate::error::{Error, Result};
 use crate::frame::{Buffers, Rational};
 use crate::options::Options;
+use crate::rasterise::Grade;
 use crate::stream::{Loops, StreamInfo};
 use crate::svg::{AnimatedSvg, Lines, Seams, SvgOptions, to_svg};
 
@@ -18,6 +19,7 @@ use crate::svg::{AnimatedSvg, Lines, Seams, SvgOptions, to_svg};
 #[derive(Debug)]
 struct Writer {
     look: Options,
+    grade: Grade,
     seams: Seams,
     title: String,
 }
@@ -29,24 +31,25 @@ impl Writer {
     fn new(options: &SinkOptions) -> Self {
         let stem = options.inputs.first().and_then(|input| input.file_stem());
         let title = stem.map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-        Self { look: options.look.clone(), seams: options.seams, title }
+        let grade = Grade::of(&options.look);
+        Self { look: options.look.clone(), grade, seams: options.seams, title }
     }
 
     /// Calls `write` with the graded colours and everything else that there is to say of `facets`.
     fn with<T>(
-        &self,
+        &mut self,
         facets: &Facets,
         write: impl FnOnce(&[crate::frame::Rgba], &SvgOptions<'_>) -> T,
     ) -> T {
         let edges = facets.outlined(&self.look);
         let width = f64::from(self.look.outline_width);
         let lines =
-            self.look.outline.map(|colour| Lines { edges: &edges, colour: colour.0, width });
+            self.look.line_colour().map(|colour| Lines { edges: &edges, colour: colour.0, width });
         let options = SvgOptions { title: &self.title, seams: self.seams, lines };
-        write(&facets.graded(&self.look), &options)
+        write(&facets.graded(&mut self.grade), &options)
     }
 
-    fn text(&self, facets: &Facets) -> String {
+    fn text(&mut self, facets: &Facets) -> String {
         self.with(facets, |colours, options| to_svg(&facets.mesh, colours, options))
     }
 }

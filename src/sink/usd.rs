@@ -10,7 +10,7 @@ use super::still::nothing;
 use super::{Needs, Origin, Picture, Sink, SinkOptions};
 use crate::error::Result;
 use crate::frame::Buffers;
-use crate::options::Options;
+use crate::rasterise::Grade;
 use crate::stream::StreamInfo;
 use crate::usd;
 
@@ -18,7 +18,7 @@ use crate::usd;
 #[derive(Debug)]
 pub(crate) struct UsdSink {
     place: Place,
-    look: Options,
+    grade: Grade,
     parts: Vec<BufWriter<File>>,
     rate: f64,
     /// Times of the first and the last frame.
@@ -35,7 +35,7 @@ impl UsdSink {
         let parts = usd::ATTRIBUTES.iter().map(|_| tempfile::tempfile().map(BufWriter::new));
         let parts = parts.collect::<std::io::Result<_>>().map_err(|error| place.failed(&error))?;
         let rate = info.rate.map_or(25.0, |rate| rate.to_f64());
-        Ok(Self { place, look: options.look.clone(), parts, rate, codes: None })
+        Ok(Self { place, grade: Grade::of(&options.look), parts, rate, codes: None })
     }
 
     fn complete(parts: Vec<BufWriter<File>>, head: &str, mut out: &File) -> std::io::Result<()> {
@@ -60,7 +60,7 @@ impl Sink for UsdSink {
         let facets = Facets::of(picture, origin)?;
         // Hundredths of a frame are fine enough, and hide that fractions are no floats.
         let code = (facets.span.start.to_f64() * self.rate * 100.0).round() / 100.0;
-        let colours = facets.graded(&self.look);
+        let colours = facets.graded(&mut self.grade);
         for (part, sample) in self.parts.iter_mut().zip(usd::samples(&facets.mesh, &colours, code))
         {
             part.write_all(sample.as_bytes()).map_err(|error| self.place.failed(&error))?;

@@ -18,7 +18,7 @@ use polyreel::geom::Size;
 use polyreel::metric::mse::mse;
 use polyreel::metric::ssim::ssim;
 use polyreel::options::{
-    Colour, Detail, Edges, FrontEnd, Look, Method, Options, Points, Quality, Steps,
+    Colour, Detail, Edges, FillMode, FrontEnd, Look, Method, Options, Points, Quality, Shape, Steps,
 };
 use polyreel::render::Renderer;
 use polyreel::sink::SinkOptions;
@@ -180,6 +180,80 @@ fn smooth_edges_where_it_is_transparent() {
 fn outline() {
     let outline = Some(Colour([20, 20, 30, 255]));
     check("outline", &Options { outline, ..points(120) }, &[scene(SIZE, 0, false)]);
+}
+
+fn filled(fill: FillMode) -> Options {
+    Options { fill, ..points(120) }
+}
+
+#[test]
+fn medians() {
+    check("fill-median", &filled(FillMode::Median), &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn colours_at_centroids() {
+    check("fill-centroid", &filled(FillMode::Centroid), &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn planes_of_colour() {
+    check("fill-linear", &filled(FillMode::Linear), &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn planes_of_colour_where_it_is_transparent() {
+    check("fill-linear-glass", &filled(FillMode::Linear), &[scene(SIZE, 0, true)]);
+}
+
+#[test]
+fn colours_at_vertices() {
+    check("fill-gouraud", &filled(FillMode::Gouraud), &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn lines_on_transparency() {
+    check("fill-none", &filled(FillMode::None), &[scene(SIZE, 0, false)]);
+}
+
+fn shaped(shape: Shape) -> Options {
+    Options { shape, outline: Some(Colour([20, 20, 30, 255])), ..points(160) }
+}
+
+#[test]
+fn third_frame_of_panes() {
+    let frames = [0, 2, 4].map(|shift| scene(SIZE, shift, false));
+    check("polygons", &shaped(Shape::Polygons), &frames);
+}
+
+#[test]
+fn panes_where_it_is_transparent() {
+    check("polygons-glass", &shaped(Shape::Polygons), &[scene(SIZE, 0, true)]);
+}
+
+#[test]
+fn third_frame_of_voronoi_cells() {
+    let frames = [0, 2, 4].map(|shift| scene(SIZE, shift, false));
+    check("voronoi", &shaped(Shape::Voronoi), &frames);
+}
+
+#[test]
+fn a_learned_palette() {
+    let palette = Some("5".parse().expect("a number of colours"));
+    check("colours-5", &Options { palette, ..points(160) }, &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn two_tones_of_more_contrast() {
+    let duotone = Some("navy,#ffe8c0".parse().expect("two colours"));
+    let options = Options { duotone, contrast: 1.3, ..points(160) };
+    check("duotone", &options, &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn a_spot_in_focus() {
+    let focus = Some("30%,50%,30%".parse().expect("a place and a radius"));
+    check("focus", &Options { focus, ..points(160) }, &[scene(SIZE, 0, false)]);
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod dependencies;
 mod files;
 mod golden;
 mod layers;
+mod looks;
 mod looped;
 mod maps;
 mod methods;

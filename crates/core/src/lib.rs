@@ -39,8 +39,8 @@
 //! Modules, lowest first; each uses only those before it (checked by a test of the crate `polyreel`):
 //!
 //! 1. `geom`, `stage`, `error`, `simd`, `parallel`, `colour`, `frame`, `chance`
-//! 2. `plane`, `options`, `mesh`, `hex`, `residual`, `scan`, `draw`, `flow`, `feature`
-//! 3. `sample`, `triangulate`, `refine`, `rasterise`, `governor`, `metric`, `chain`, `render`, `svg`, `mesh_stream`, `usd`
+//! 2. `plane`, `options`, `mesh`, `hex`, `residual`, `scan`, `moments`, `draw`, `flow`, `feature`, `focus`
+//! 3. `sample`, `triangulate`, `voronoi`, `refine`, `rasterise`, `governor`, `metric`, `chain`, `render`, `svg`, `mesh_stream`, `usd`
 
 // Without `unstable` parts that only other crates use, such as the governor, have no user here.
 #![cfg_attr(not(feature = "unstable"), allow(dead_code, unreachable_pub, unused_imports))]
@@ -52,6 +52,7 @@ mod draw;
 mod error;
 mod feature;
 mod flow;
+mod focus;
 mod frame;
 mod geom;
 mod governor;
@@ -59,6 +60,7 @@ mod hex;
 mod mesh;
 pub mod mesh_stream;
 mod metric;
+mod moments;
 mod options;
 mod parallel;
 mod plane;
@@ -73,14 +75,15 @@ mod stage;
 pub mod svg;
 mod triangulate;
 mod usd;
+mod voronoi;
 
 pub use error::{Error, Result};
 pub use frame::{Fill, Frame, Rgba};
 pub use geom::{MAX_SIDE, Point, SUBPIXEL, Size};
 pub use mesh::Mesh;
 pub use options::{
-    CellPercentiles, Colour, Edges, FrontEnd, Method, Options, PRESETS, Points, Preset, Quality,
-    Target, Thresholds,
+    CellPercentiles, Colour, Duotone, Edges, FillMode, Focus, FocusMask, FrontEnd, Length, Method,
+    Options, PRESETS, Palette, Points, Preset, Quality, Shape, Spot, Target, Thresholds,
 };
 pub use render::{Rendered, Renderer};
 pub use sample::Life;

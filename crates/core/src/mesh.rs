@@ -44,6 +44,9 @@ impl Clone for Mesh {
     }
 }
 
+/// The first of the [`Mesh::ids`] of vertices that follow from others: of corners of Voronoi cells.
+pub(crate) const DERIVED: u64 = 1 << 63;
+
 /// Number of corner vertices, which stand before the seeds in [`Mesh::vertices`].
 pub const CORNERS: usize = 4;
 

@@ -3,7 +3,9 @@
 mod cells;
 mod colour;
 mod detail;
+mod focus;
 mod names;
+mod palette;
 mod points;
 mod preset;
 mod target;
@@ -14,7 +16,9 @@ pub use colour::Colour;
 #[doc(hidden)]
 pub use detail::EIGHTHS;
 pub use detail::{Detail, Look, Steps};
-pub use names::{Edges, FrontEnd, Method, Quality};
+pub use focus::{Focus, FocusMask, Length, Spot};
+pub use names::{Edges, FillMode, FrontEnd, Method, Quality, Shape};
+pub use palette::{Duotone, Palette};
 pub use points::Points;
 pub use preset::{PRESETS, Preset};
 pub use target::Target;
@@ -111,6 +115,43 @@ pub struct Options {
     pub saturation: f64,
     /// How far colours are washed out towards white, 0 (not at all) to 1 (white). Default 0.
     pub wash: f64,
+    /// What a triangle is filled with. Default [`FillMode::Mean`].
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
+    pub fill: FillMode,
+    /// What is filled and outlined together. Default [`Shape::Triangles`].
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
+    pub shape: Shape,
+    /// How far light and dark lie apart, 0 (all the same) to 4, in steps of equal lightness (CIE L*); 1 leaves colours
+    /// as they are. Default 1.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_one"))]
+    pub contrast: f64,
+    /// How strong colours are, 0 (grey) to 4, of the same lightness and hue (CIE L*a*b*); 1 leaves them as they are.
+    /// Default 1.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_one"))]
+    pub chroma: f64,
+    /// The colours that black and white become, and all between them by lightness. Default `None`.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
+    pub duotone: Option<Duotone>,
+    /// The colours that a picture may have; a number of them is learned from the first frame and kept. Default
+    /// `None`.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
+    pub palette: Option<Palette>,
+    /// Where a picture gets more and smaller facets. Default `None`.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
+    pub focus: Option<Focus>,
+}
+
+/// The same of options whose default is 1.
+#[cfg(feature = "serde")]
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
+}
+
+/// Whether an option has its default, and so need not be written: options of later versions are left out where
+/// nothing asks for them.
+#[cfg(feature = "serde")]
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
 impl Default for Options {
@@ -146,11 +187,25 @@ impl Default for Options {
             outline_contrast: 0,
             saturation: 1.0,
             wash: 0.0,
+            fill: FillMode::default(),
+            shape: Shape::default(),
+            contrast: 1.0,
+            chroma: 1.0,
+            duotone: None,
+            palette: None,
+            focus: None,
         }
     }
 }
 
 impl Options {
+    /// The colour of lines that are drawn: [`Options::outline`]; black where nothing else would be seen.
+    #[doc(hidden)]
+    pub fn line_colour(&self) -> Option<Colour> {
+        const BLACK: Colour = Colour([0, 0, 0, 255]);
+        self.outline.or((self.fill == FillMode::None).then_some(BLACK))
+    }
+
     /// Whether seeds that were chosen by `other` are still valid under these options: all differences, if any,
     /// concern later stages.
     #[doc(hidden)]
@@ -194,6 +249,13 @@ impl Options {
             outline_contrast: _,
             saturation: _,
             wash: _,
+            fill: _,
+            shape: _,
+            contrast: _,
+            chroma: _,
+            duotone: _,
+            palette: _,
+            focus,
         } = self.clone();
         Self {
             method,
@@ -217,6 +279,7 @@ impl Options {
             diffusion_iterations,
             diffusion_kappa,
             diffusion_gamma,
+            focus,
             ..Self::default()
         }
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use numpy::ndarray::{Array2, ArrayView1};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
-use polyreel::rasterise::{graded, outlined};
+use polyreel::rasterise::{Grade, outlined};
 use polyreel::sink::repainted::Repainted;
 use polyreel::svg::{Lines, Seams, SvgOptions, to_svg};
 use polyreel::{
@@ -60,6 +60,7 @@ type Made = (polyreel::Mesh, Options);
 impl Mesh {
     fn new(py: Python<'_>, (mesh, look): Made) -> PyResult<Self> {
         let plain: Vec<Rgba> = mesh.fills.iter().map(|fill| fill.colour).collect();
+        let graded = Grade::of(&look).graded(&mesh, &plain);
         let pixels = |value: i32| f64::from(value) / f64::from(SUBPIXEL);
         let vertices = mesh.vertices.iter().map(|p| [pixels(p.x), pixels(p.y)]).collect();
         let ids = PyArray1::from_vec(py, mesh.ids);
@@ -69,7 +70,7 @@ impl Mesh {
             vertices: table(py, vertices)?,
             ids: ids.unbind(),
             triangles: table(py, mesh.triangles)?,
-            colors: table(py, graded(&plain, &look))?,
+            colors: table(py, graded)?,
             plain,
             look,
         })
@@ -113,9 +114,13 @@ impl Mesh {
         Ok(py.detach(|| {
             let edges = outlined(&mesh, &self.plain, &self.look);
             let width = f64::from(self.look.outline_width);
-            let lines =
-                self.look.outline.map(|colour| Lines { edges: &edges, colour: colour.0, width });
-            to_svg(&mesh, &graded(&self.plain, &self.look), &SvgOptions { title, seams, lines })
+            let lines = self.look.line_colour().map(|colour| Lines {
+                edges: &edges,
+                colour: colour.0,
+                width,
+            });
+            let graded = Grade::of(&self.look).graded(&mesh, &self.plain);
+            to_svg(&mesh, &graded, &SvgOptions { title, seams, lines })
         }))
     }
 

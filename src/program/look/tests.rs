@@ -10,7 +10,7 @@ use super::LookArgs;
 
 /// A value for each flag, and what the field of the same name becomes. No value is a default or one of
 /// the preset `paper`.
-fn table() -> [(&'static str, &'static str, Value); 29] {
+fn table() -> [(&'static str, &'static str, Value); 36] {
     [
         ("method", "hslp", json!("hslp")),
         ("points", "90", json!("90")),
@@ -41,6 +41,13 @@ fn table() -> [(&'static str, &'static str, Value); 29] {
         ("outline-contrast", "17", json!(17)),
         ("saturation", "1.5", json!(1.5)),
         ("wash", "0.375", json!(0.375)),
+        ("fill", "median", json!("median")),
+        ("shape", "polygons", json!("polygons")),
+        ("contrast", "1.5", json!(1.5)),
+        ("chroma", "0.5", json!(0.5)),
+        ("duotone", "#102030,white", json!("#102030,#ffffff")),
+        ("palette", "12", json!("12")),
+        ("focus", "50%,40%,20%", json!("50%,40%,20%")),
     ]
 }
 
@@ -97,7 +104,11 @@ fn every_flag_sets_the_field_of_its_name_and_no_other() {
 fn every_flag_and_every_field_is_in_the_table() {
     let mut listed: BTreeSet<String> = table().map(|(flag, ..)| flag.to_string()).into();
     listed.insert(EDGES.into());
-    let fields: BTreeSet<String> = json_of(&Options::default()).keys().cloned().collect();
+    let mut fields: BTreeSet<String> = json_of(&Options::default()).keys().cloned().collect();
+    // Later options are written only where they are asked for.
+    for (flag, value, _) in table() {
+        fields.extend(options(&[format!("--{flag}={value}")]).keys().cloned());
+    }
     assert_eq!(listed, fields, "fields of the options");
     listed.extend(NO_FIELD.map(String::from));
     let command = command();

@@ -8,8 +8,8 @@ use crate::mesh::Mesh;
 use crate::metric::mse::{mse, psnr};
 use crate::metric::over_white;
 use crate::metric::ssim::ssim;
-use crate::options::{Edges, Options, Points, Target};
-use crate::rasterise::rasterise;
+use crate::options::{Edges, FillMode, Options, Points, Target};
+use crate::rasterise::filled;
 use crate::refine::{RefineOptions, Refined, Refiner};
 use crate::sample::Sampler;
 use crate::triangulate::triangulate;
@@ -23,18 +23,20 @@ const MIN_SMOOTH_SHARE: f64 = 0.5;
 pub(super) struct Goal {
     target: Target,
     edges: Edges,
+    fill: FillMode,
 }
 
 impl Goal {
     /// The goal of the `options`, if they have one.
     pub(super) fn of(options: &Options) -> Option<Self> {
-        options.error.map(|target| Self { target, edges: options.edges })
+        let Options { edges, fill, .. } = *options;
+        options.error.map(|target| Self { target, edges, fill })
     }
 
     /// The likeness of the painted `mesh` to `source`, which is `frame` over white. Outlines are not
     /// drawn: they do not count as error.
     fn measure(self, source: &Frame, mesh: &Mesh, frame: &Frame) -> Result<f64> {
-        let painted = over_white(&rasterise(mesh, frame, self.edges, None).frame);
+        let painted = over_white(&filled(mesh, frame, self.edges, self.fill).frame);
         match self.target {
             Target::Psnr(_) => Ok(psnr(mse(source, &painted)?)),
             Target::Ssim(_) => ssim(source, &painted),
@@ -55,7 +57,7 @@ pub(super) fn reach(
     plan: &RefineOptions,
     observer: Observer<'_>,
 ) -> Result<Refined> {
-    let Goal { target, edges } = goal;
+    let Goal { target, edges, .. } = goal;
     let source = over_white(frame);
     let samples = (3 * frame.size().pixels()) as f64;
     let min_share = if edges == Edges::Smooth { MIN_SMOOTH_SHARE } else { 1.0 };

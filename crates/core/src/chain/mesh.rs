@@ -5,16 +5,18 @@ use super::StageProbe;
 use super::goal::{Goal, fewest, reach};
 use crate::error::Result;
 use crate::feature::Features;
+use crate::focus::FocusKeeper;
 use crate::frame::Frame;
 use crate::geom::Size;
 use crate::mesh::Mesh;
-use crate::options::{Detail, Options, Points};
+use crate::options::{Detail, Options, Points, Shape};
 use crate::rasterise::PaintHints;
 use crate::refine::{RefineOptions, Refined, Refiner};
 use crate::residual::{Residual, ResidualRequest};
 use crate::sample::{Life, Sampler, Start};
 use crate::stage::Stage;
 use crate::triangulate::triangulate;
+use crate::voronoi::cells;
 
 /// The result of the mesh stage for a frame.
 #[derive(Debug)]
@@ -41,6 +43,7 @@ pub struct MeshStage {
     requested: Options,
     /// The same with the number that was found for [`Points::Auto`].
     options: Options,
+    focus: FocusKeeper,
     sampler: Sampler,
     refiner: Refiner,
     /// Whether a frame was refined already: then this is a stream, not a still.
@@ -53,6 +56,7 @@ impl MeshStage {
         Self {
             requested: options.clone(),
             options: options.clone(),
+            focus: FocusKeeper::new(options.focus.as_ref()),
             sampler: Sampler::new(options),
             refiner: Refiner::default(),
             has_begun: false,
@@ -67,6 +71,9 @@ impl MeshStage {
         self.requested = options.clone();
         self.options = Options { points, ..options.clone() };
         self.sampler.retune(&self.options);
+        if !keeps_seeds {
+            self.focus = FocusKeeper::new(options.focus.as_ref());
+        }
     }
 
     /// The options as they were given, with [`Points::Auto`] as such.
@@ -128,6 +135,15 @@ impl MeshStage {
         observer: Option<Observer<'_>>,
         probe: &mut impl StageProbe,
     ) -> Result<Meshed> {
+        if self.options.focus.is_some() {
+            let map = probe.stage(Stage::Sample, || {
+                self.focus.map(frame, features.change.is_fresh()).cloned()
+            });
+            self.sampler.focus.clone_from(&map);
+            self.refiner.focus = map;
+        } else {
+            (self.sampler.focus, self.refiner.focus) = (None, None);
+        }
         let start = probe.stage(Stage::Sample, || self.sample(features, frame, detail))?;
         let (mut mesh, is_fresh) = probe.stage(Stage::Triangulate, || first_mesh(frame, start))?;
         let residual = last();
@@ -138,9 +154,15 @@ impl MeshStage {
                 None => self.refine_next(&mut mesh, frame, detail, residual),
             };
             let life = self.sampler.remember(&mut mesh, is_fresh, &refined.replaced);
-            let fills = std::mem::take(&mut refined.fills);
-            // If the means are known the frame is opaque, and the next one probably takes steps too.
-            let residual = if fills.is_empty() { None } else { self.request_residual() };
+            let mut fills = std::mem::take(&mut refined.fills);
+            let shape = self.options.shape;
+            // If the means are known the frame is opaque, and the next one probably takes steps too. What is painted
+            // of panes and cells says nothing about the triangles.
+            let is_fed_back = !fills.is_empty() && shape == Shape::Triangles;
+            let residual = if is_fed_back { self.request_residual() } else { None };
+            if shape == Shape::Voronoi {
+                (mesh, fills) = (cells(&mesh), Vec::new());
+            }
             let hints = PaintHints { is_fresh, fills, residual };
             Ok(Meshed { mesh, is_fresh, life, refined, hints })
         })

@@ -1,8 +1,10 @@
 //! CIE L*a*b*: colours in which equal distances look about equally different.
 
+use std::sync::OnceLock;
+
 use crate::parallel::prelude::*;
 
-use crate::frame::Frame;
+use crate::frame::{Frame, Rgba};
 
 /// Steps in one unit of L*, a* or b*. Whole steps make sums exact.
 pub(super) const STEPS: f32 = 128.0;
@@ -62,6 +64,38 @@ impl Tables {
     }
 }
 
+/// Made when they are first asked for.
+static TABLES: OnceLock<Tables> = OnceLock::new();
+
+/// L*, a* and b* of a colour, whatever its alpha, in whole steps of 1/128.
+pub(crate) fn of([r, g, b, _]: Rgba) -> [f64; 3] {
+    TABLES.get_or_init(Tables::new).lab([r, g, b]).map(|v| f64::from(v) / f64::from(STEPS))
+}
+
+/// The colour of L*, a* and b*, channels clamped.
+pub(crate) fn to_rgb([lightness, a, b]: [f64; 3]) -> [u8; 3] {
+    let y = (lightness + 16.0) / 116.0;
+    let cubed = |f: f64| {
+        let edge = 6.0 / 29.0;
+        if f > edge { f * f * f } else { 3.0 * edge * edge * (f - 4.0 / 29.0) }
+    };
+    let (x, z) = (cubed(y + a / 500.0) * 0.950_47, cubed(y - b / 200.0) * 1.088_83);
+    let y = cubed(y);
+    let linear = [
+        3.240_454_2 * x - 1.537_138_5 * y - 0.498_531_4 * z,
+        -0.969_266 * x + 1.876_010_8 * y + 0.041_556 * z,
+        0.055_643_4 * x - 0.204_025_9 * y + 1.057_225_2 * z,
+    ];
+    let table = &TABLES.get_or_init(Tables::new).linear;
+    // The nearest entry: no power has to be the same on all machines.
+    linear.map(|v| {
+        let v = v as f32;
+        let above = table.partition_point(|&entry| entry < v).min(255);
+        let below = above.saturating_sub(1);
+        (if v - table[below] < table[above] - v { below } else { above }) as u8
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,6 +115,16 @@ mod tests {
             for (f, l) in found.iter().zip(lab) {
                 assert!((f - l).abs() < 0.25, "{rgb:?}: {found:?}, not {lab:?}");
             }
+        }
+    }
+
+    #[test]
+    fn colours_come_back() {
+        for i in 0..4096u32 {
+            let rgb = [i * 16 % 256, i / 16 % 16 * 17, i / 256 * 17].map(|v| v as u8);
+            let back = to_rgb(of([rgb[0], rgb[1], rgb[2], 255]));
+            // The table of roots is coarse near black.
+            assert!((0..3).all(|c| back[c].abs_diff(rgb[c]) <= 3), "{rgb:?} {back:?}");
         }
     }
 }

@@ -7,7 +7,7 @@ pub mod edges;
 pub mod entropy;
 mod front;
 mod half;
-mod lab;
+pub(crate) mod lab;
 pub mod maps;
 pub mod mask;
 pub mod priority;

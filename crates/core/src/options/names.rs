@@ -1,4 +1,4 @@
-//! Options that are chosen by name: method, front end, quality, edges.
+//! Options that are chosen by name: method, front end, quality, edges, fill.
 
 /// Declares an enum of named values, with the list of all values and the name of each.
 macro_rules! named {
@@ -113,5 +113,47 @@ named! {
         Smooth = "smooth",
         /// Each pixel has the colour of its one triangle.
         Hard = "hard",
+    }
+}
+
+named! {
+    /// What a triangle is filled with.
+    #[derive(Default)]
+    pub enum FillMode {
+        /// The mean colour of its pixels.
+        #[default]
+        Mean = "mean",
+        /// The median of its pixels, channel by channel: the colour of the larger side where a contour runs through
+        /// it.
+        Median = "median",
+        /// The colour of the pixel at its centroid.
+        Centroid = "centroid",
+        /// The plane of colour that is nearest to its pixels (least squares). The mesh is refined for it.
+        Linear = "linear",
+        /// Colours at the vertices, the nearest to the pixels (least squares), mixed in between: no steps at edges.
+        Gouraud = "gouraud",
+        /// Nothing: lines on transparency.
+        None = "none",
+    }
+}
+
+named! {
+    /// What is filled and outlined together.
+    #[derive(Default)]
+    pub enum Shape {
+        /// Each triangle.
+        #[default]
+        Triangles = "triangles",
+        /// Neighbours of like colour, as closed panes.
+        Polygons = "polygons",
+        /// The cells of the Voronoi diagram of the triangles' centres.
+        Voronoi = "voronoi",
+    }
+}
+
+impl FillMode {
+    /// Whether a triangle has more than one colour.
+    pub const fn is_gradient(self) -> bool {
+        matches!(self, FillMode::Linear | FillMode::Gouraud)
     }
 }

@@ -1,6 +1,6 @@
 //! The ranges of options.
 
-use super::{CellPercentiles, Options, Points, Thresholds};
+use super::{CellPercentiles, FillMode, Options, Points, Shape, Thresholds};
 use crate::error::{Error, Result};
 
 impl Options {
@@ -37,8 +37,30 @@ impl Options {
                 return Err(out_of_range(name, value, "0 to 1"));
             }
         }
-        if !(0.0..=4.0).contains(&self.saturation) {
-            return Err(out_of_range("saturation", self.saturation, "0 to 4"));
+        for (name, value) in
+            [("saturation", self.saturation), ("contrast", self.contrast), ("chroma", self.chroma)]
+        {
+            if !(0.0..=4.0).contains(&value) {
+                return Err(out_of_range(name, value, "0 to 4"));
+            }
+        }
+        if let Some(focus) = &self.focus {
+            focus.validate()?;
+        }
+        if let Some(palette) = &self.palette {
+            palette.validate()?;
+        }
+        if self.fill.is_gradient() && self.shape != Shape::Triangles {
+            return Err(Error::options(format!(
+                "fill {} is for triangles, and {} have one colour each: leave out shape, or take another fill",
+                self.fill.name(),
+                self.shape.name()
+            )));
+        }
+        if self.fill == FillMode::None && self.error.is_some() {
+            return Err(Error::options(
+                "a picture without fill has no likeness: leave out error, or fill",
+            ));
         }
         check_range("outline-width", self.outline_width, 1, 32)?;
         check_range("outline-contrast", self.outline_contrast, 0, 255)?;

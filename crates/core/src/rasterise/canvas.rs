@@ -4,6 +4,8 @@ use crate::parallel::prelude::*;
 
 use super::Painting;
 use super::antialias::AntialiasFilter;
+use super::grade::Grade;
+use super::gradient::{self, Gradient};
 use super::planar::{self, PlaneScratches};
 use super::style::Style;
 use crate::colour::{Form, Planes};
@@ -35,13 +37,13 @@ enum Painted {
 }
 
 impl Canvas {
-    /// Paints `mesh` in the colours of `fills`. Calls `send` with the residual, if there is a `request`, as soon as
-    /// it is known.
+    /// Paints `mesh` in the colours of `fills`, or with gradients that have those at their centres. Calls `send` with
+    /// the residual, if there is a `request`, as soon as it is known.
     pub(super) fn paint(
         &mut self,
         mesh: &Mesh,
-        mut fills: Vec<Fill>,
-        style: &Style,
+        (mut fills, gradients): (Vec<Fill>, Option<Vec<Gradient>>),
+        (style, grade): (&Style, &Grade),
         request: Request<'_>,
         send: impl FnOnce(Option<Residual>),
     ) -> Painting {
@@ -49,10 +51,15 @@ impl Canvas {
         let smooth = style.edges == Edges::Smooth;
         let lined = style.outline.is_some();
         let colours = if lined { fills.iter().map(|f| f.colour).collect() } else { Vec::new() };
+        if let Some(gradients) = gradients {
+            // Without a residual: it would cost as much as all else.
+            send(None);
+            return self.paint_gradients(mesh, (fills, &gradients), (style, grade), &colours);
+        }
         let (painted, residual) = self.residual(mesh, &fills, request).unzip();
         send(residual);
-        let painted = if style.is_graded() { self.recycle(painted) } else { painted };
-        style.grade(&mut fills);
+        let painted = if grade.is_any() { self.recycle(painted) } else { painted };
+        grade.apply(&mut fills);
         let opaque = fills.iter().all(|fill| fill.colour[3] == 255);
         if let Some(form) =
             self.form.filter(|form| opaque && !lined && form.layout.size == mesh.size)
@@ -92,6 +99,34 @@ impl Canvas {
         let frame =
             Frame::known(mesh.size, pixels, opaque).expect("as many pixels as the mesh covers");
         Painting { frame, fills }
+    }
+
+    fn paint_gradients(
+        &mut self,
+        mesh: &Mesh,
+        (fills, gradients): (Vec<Fill>, &[Gradient]),
+        (style, grade): (&Style, &Grade),
+        colours: &[Rgba],
+    ) -> Painting {
+        let mut pixels = std::mem::take(&mut self.buffers.pixels);
+        pixels.resize(mesh.size.pixels(), [0; 4]);
+        gradient::paint(mesh, &fills, gradients, &mut pixels);
+        grade.pixels(&mut pixels);
+        let opaque = fills.iter().all(|fill| fill.colour[3] == 255);
+        if style.edges == Edges::Smooth {
+            self.filter.pixels(&mut pixels, mesh.size.width as usize, opaque);
+        }
+        let mut held = fills;
+        grade.apply(&mut held);
+        let lines = style.draw(&mut pixels, mesh, colours);
+        let opaque = opaque && lines.iter().all(|fill| fill.colour[3] == 255);
+        let mut within = gradient::fills(mesh, &held, gradients);
+        grade.apply(&mut within);
+        held.extend(lines);
+        held.extend(within);
+        let frame =
+            Frame::known(mesh.size, pixels, opaque).expect("as many pixels as the mesh covers");
+        Painting { frame, fills: held }
     }
 
     /// Paints in the form of the frame, pixels or planes, and computes the residual, if there is a `request`.

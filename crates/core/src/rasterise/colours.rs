@@ -22,11 +22,16 @@ impl Colours {
     /// as much or more stays, so that moving things do not smear. Stores the colours for the next frame. `coherence`
     /// 0 changes nothing.
     pub fn steady(&mut self, mesh: &Mesh, fills: &mut [Fill], coherence: f64) {
+        self.steady_all(&mesh.triangles, fills, coherence);
+    }
+
+    /// The same of what is known by `keys`, ascending.
+    pub(super) fn steady_all(&mut self, keys: &[[u32; 3]], fills: &mut [Fill], coherence: f64) {
         let shimmer = (SHIMMER * coherence).round() as i32;
         std::mem::swap(&mut self.colours, &mut self.last);
         self.colours.clear();
         let mut old = self.triangles.iter().zip(&self.last).peekable();
-        for (triangle, fill) in mesh.triangles.iter().zip(fills) {
+        for (triangle, fill) in keys.iter().zip(fills) {
             // Both lists are sorted: a merge finds the common triangles.
             while old.next_if(|(t, _)| *t < triangle).is_some() {}
             if let Some((_, &before)) = old.next_if(|(t, _)| *t == triangle) {
@@ -34,7 +39,18 @@ impl Colours {
             }
             self.colours.push(fill.colour);
         }
-        self.triangles.clone_from(&mesh.triangles);
+        self.triangles.clear();
+        self.triangles.extend_from_slice(keys);
+    }
+
+    /// The colour that each triangle of `mesh` had in the last frame, where it was there.
+    pub(super) fn before(&self, mesh: &Mesh) -> Vec<Option<Rgba>> {
+        let mut old = self.triangles.iter().zip(&self.colours).peekable();
+        let before = mesh.triangles.iter().map(|triangle| {
+            while old.next_if(|(t, _)| *t < triangle).is_some() {}
+            old.next_if(|(t, _)| *t == triangle).map(|(_, &colour)| colour)
+        });
+        before.collect()
     }
 
     /// Forgets all colours, for a new shot.

@@ -1,6 +1,6 @@
 //! Paints meshes whose colours are known, as those of a mesh stream.
 
-use super::style::{Style, difference};
+use super::style::Style;
 use super::{Painter, Painting};
 use crate::draw::sides;
 use crate::frame::{Fill, Rgba};
@@ -23,34 +23,26 @@ impl Painter {
             area as u32
         };
         let fills = colours.iter().enumerate().map(|(t, &colour)| Fill { colour, area: area(t) });
-        let fills = fills.collect();
-        self.canvas.paint(mesh, fills, &self.style, None, |_| ())
+        let fills: Vec<_> = fills.collect();
+        self.grade.learn(mesh, colours.iter().copied());
+        self.canvas.paint(mesh, (fills, None), (&self.style, &self.grade), None, |_| ())
     }
-}
-
-/// `colours` as `options` grade them: saturation and wash.
-pub fn graded(colours: &[Rgba], options: &Options) -> Vec<Rgba> {
-    let mut fills: Vec<_> = colours.iter().map(|&colour| Fill { colour, area: 0 }).collect();
-    Style::of(options).grade(&mut fills);
-    fills.iter().map(|fill| fill.colour).collect()
 }
 
 /// The edges of `mesh` along which `options` draw lines, each once: all, or those between colours that differ
 /// enough, but none between two transparent triangles. `colours` are those before grading.
 pub fn outlined(mesh: &Mesh, colours: &[Rgba], options: &Options) -> Vec<[u32; 2]> {
-    if options.outline.is_none() {
+    if options.line_colour().is_none() {
         return Vec::new();
     }
     let seen = |t: u32| colours[t as usize][3] > 0;
-    let contrast = options.outline_contrast;
+    let style = Style::of(options);
     let all = sides(mesh);
     let each = all.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
     each.filter(|edge| edge.iter().any(|side| seen(side.2)))
-        .filter(|edge| match edge {
-            [(_, _, t), (_, _, u)] => {
-                contrast == 0 || difference(colours[*t as usize], colours[*u as usize]) > contrast
-            }
-            _ => contrast == 0,
+        .filter(|edge| {
+            let colour = |side: &(u32, u32, u32)| colours[side.2 as usize];
+            style.is_lined(colour(&edge[0]), edge.get(1).map(colour))
         })
         .map(|edge| [edge[0].0, edge[0].1])
         .collect()

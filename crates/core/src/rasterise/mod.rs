@@ -1,9 +1,14 @@
-//! Finds the mean colours of the triangles, and paints them.
+//! What triangles are filled with, and the picture that they make.
 
 mod antialias;
 mod canvas;
+mod cells;
 pub mod colours;
+mod gouraud;
+mod grade;
+mod gradient;
 mod known;
+mod median;
 mod per_thread;
 mod planar;
 mod sparse;
@@ -16,16 +21,19 @@ use crate::colour::Form;
 use crate::frame::{Buffers, Fill, Frame, Rgba};
 use crate::geom::Point;
 use crate::mesh::Mesh;
-use crate::options::{Edges, Options};
+use crate::options::{Edges, FillMode, Options, Shape};
 use crate::residual::{Residual, ResidualRequest};
 use crate::simd::dispatch;
 use canvas::Canvas;
+use cells::Panes;
 use colours::Colours;
+use gradient::Gradient;
 use sparse::sparse_means;
 use style::Style;
 use tally::Tally;
 
-pub use known::{graded, outlined};
+pub use grade::Grade;
+pub use known::outlined;
 
 /// A painted mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,8 +63,10 @@ const PACK: usize = 512;
 #[derive(Debug)]
 pub struct Painter {
     style: Style,
+    grade: Grade,
     coherence: f64,
     colours: Colours,
+    panes: Panes,
     canvas: Canvas,
 }
 
@@ -65,8 +75,10 @@ impl Painter {
     pub fn new(options: &Options) -> Self {
         Self {
             style: Style::of(options),
+            grade: Grade::of(options),
             coherence: options.coherence,
             colours: Colours::default(),
+            panes: Panes::default(),
             canvas: Canvas::default(),
         }
     }
@@ -92,6 +104,7 @@ impl Painter {
     /// Changes the options from the next frame on.
     pub fn retune(&mut self, options: &Options) {
         self.style = Style::of(options);
+        self.grade.retune(options);
         self.coherence = options.coherence;
     }
 
@@ -117,12 +130,55 @@ impl Painter {
         };
         if hints.is_fresh {
             self.colours.forget();
+            self.panes.forget();
         }
-        if self.coherence > 0.0 {
-            self.colours.steady(mesh, &mut fills, self.coherence);
-        }
+        let gradients = self.refill(mesh, frame, &mut fills);
+        self.unite(mesh, &mut fills);
         let request = hints.residual.filter(|_| frame.is_opaque()).map(|request| (request, frame));
-        self.canvas.paint(mesh, fills, &self.style, request, send)
+        self.grade.learn(mesh, fills.iter().map(|fill| fill.colour));
+        let look = (&self.style, &self.grade);
+        self.canvas.paint(mesh, (fills, gradients), look, request, send)
+    }
+
+    /// Gives the triangles of each cell one colour.
+    fn unite(&mut self, mesh: &Mesh, fills: &mut [Fill]) {
+        match self.style.shape {
+            Shape::Triangles => {}
+            Shape::Polygons => self.panes.merge(mesh, fills, self.coherence),
+            Shape::Voronoi => cells::fill_cells(mesh, fills, &mut self.colours, self.coherence),
+        }
+    }
+
+    /// Gives the triangles of `mesh`, whose means are `fills`, the colours of their fill, held back from
+    /// shimmering; returns gradients where there are any.
+    fn refill(&mut self, mesh: &Mesh, frame: &Frame, fills: &mut [Fill]) -> Option<Vec<Gradient>> {
+        let mut gradients = match self.style.fill {
+            FillMode::Mean | FillMode::None => None,
+            FillMode::Median => {
+                let before = self.colours.before(mesh);
+                median::medians(mesh, frame, fills, &before, self.coherence);
+                None
+            }
+            FillMode::Centroid => {
+                for (t, fill) in fills.iter_mut().enumerate() {
+                    fill.colour = below_centroid(frame, mesh.triangle(t));
+                }
+                None
+            }
+            FillMode::Linear => Some(gradient::planes(mesh, frame, fills)),
+            FillMode::Gouraud => Some(gouraud::gradients(mesh, frame, fills)),
+        };
+        if self.coherence > 0.0 && self.style.shape != Shape::Voronoi {
+            let found: Vec<_> = match gradients {
+                Some(_) => fills.iter().map(|fill| fill.colour).collect(),
+                None => Vec::new(),
+            };
+            self.colours.steady(mesh, fills, self.coherence);
+            for ((gradient, from), fill) in gradients.iter_mut().flatten().zip(found).zip(fills) {
+                gradient.shift(from, fill.colour);
+            }
+        }
+        gradients
     }
 }
 
@@ -136,7 +192,17 @@ impl Painter {
 /// the same size.
 pub fn rasterise(mesh: &Mesh, frame: &Frame, edges: Edges, outline: Option<Rgba>) -> Painting {
     let style = Style::plain(edges, outline);
-    Canvas::default().paint(mesh, means(mesh, frame), &style, None, |_| ())
+    let grade = Grade::of(&Options::default());
+    Canvas::default().paint(mesh, (means(mesh, frame), None), (&style, &grade), None, |_| ())
+}
+
+/// The picture of `mesh` alone, its triangles filled as `fill` says, without lines.
+pub fn filled(mesh: &Mesh, frame: &Frame, edges: Edges, fill: FillMode) -> Painting {
+    if fill == FillMode::Mean {
+        return rasterise(mesh, frame, edges, None);
+    }
+    let options = Options { edges, fill, coherence: 0.0, ..Options::default() };
+    Painter::new(&options).paint(mesh, frame, 1, PaintHints::default(), |_| ())
 }
 
 /// The mean colour and the area of each triangle. One that covers no pixel's centre has the colour of
@@ -154,13 +220,23 @@ pub fn means(mesh: &Mesh, frame: &Frame) -> Vec<Fill> {
 
 /// Calls `find` for each triangle of `mesh`, in parallel.
 fn each_triangle(mesh: &Mesh, find: impl Fn([Point; 3]) -> Fill + Sync) -> Vec<Fill> {
+    each_triangle_with(
+        mesh,
+        #[inline(always)]
+        |_, triangle| find(triangle),
+    )
+}
+
+/// The same, of each triangle with its number.
+fn each_triangle_with(mesh: &Mesh, find: impl Fn(usize, [Point; 3]) -> Fill + Sync) -> Vec<Fill> {
     let mut fills = vec![Fill { colour: [0; 4], area: 0 }; mesh.triangles.len()];
     fills.par_chunks_mut(PACK).enumerate().for_each(|(pack, fills)| {
         dispatch(
             #[inline(always)]
             || {
                 for (i, fill) in fills.iter_mut().enumerate() {
-                    *fill = find(mesh.triangle(pack * PACK + i));
+                    let t = pack * PACK + i;
+                    *fill = find(t, mesh.triangle(t));
                 }
             },
         );
@@ -208,7 +284,7 @@ mod tests {
     use crate::triangulate::triangulate;
     use proptest::prelude::*;
 
-    fn noise(size: Size, seed: u64, opaque: bool) -> Frame {
+    pub(super) fn noise(size: Size, seed: u64, opaque: bool) -> Frame {
         let pixel = |x, y| {
             let [r, g, b, a, ..] = rank(seed, Purpose::Noise, x, y).to_le_bytes();
             [r, g, b, if opaque { 255 } else { a & 0xf0 }]

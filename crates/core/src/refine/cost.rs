@@ -32,7 +32,24 @@ impl Cost {
     /// The same for a triangle with a positive `orient`.
     #[inline(always)]
     pub(super) fn sound(rows: &RowSums, sums: &Sums, doubled: i64, triangle: [Point; 3]) -> Self {
-        Self::with(&rows.total(sums, doubled, triangle), doubled, triangle)
+        if rows.is_special(doubled, triangle) {
+            return Self::special(rows, doubled, triangle);
+        }
+        Self::with(&Total::of(sums), doubled, triangle)
+    }
+
+    /// The same of a triangle whose cost does not follow from the sums of its edges: it is large, or filled with a
+    /// plane of colour.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn special(rows: &RowSums, doubled: i64, triangle: [Point; 3]) -> Self {
+        match rows.planes() {
+            Some(planes) => {
+                let error = -planes.explained(triangle);
+                Self { error, shape: flatness(doubled, triangle) }
+            }
+            None => Self::with(&rows.wide(triangle), doubled, triangle),
+        }
     }
 
     /// The same for a triangle whose pixels have the sums `total`.

@@ -2,6 +2,7 @@
 //! 2019).
 
 use super::pass::Pass;
+use super::planes;
 use super::ring::Ring;
 use crate::geom::{Point, SUBPIXEL};
 
@@ -28,6 +29,9 @@ pub(super) fn gradient(
     ring: &Ring,
     mean: impl Fn(usize) -> Option<[f32; 4]>,
 ) -> (f64, f64) {
+    if let Some(planes) = planes::of(&pass) {
+        return planes::gradient(planes, centre, ring);
+    }
     let (mut gx, mut gy) = (0.0f32, 0.0f32);
     let mut behind = if ring.closed { mean(ring.len() - 1) } else { None };
     for i in 0..ring.len() {

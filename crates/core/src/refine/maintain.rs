@@ -70,7 +70,7 @@ impl Refiner {
         if mesh.size != frame.size() {
             return Refined::default();
         }
-        let Self { rows, surface, stepper, strips, buffers, .. } = self;
+        let Self { focus, rows, surface, stepper, strips, buffers, .. } = self;
         let strip = strips.next(moved(surface, mesh));
         let Some(strip) = strip else {
             if surface.at.len() == mesh.vertices.len() {
@@ -91,6 +91,7 @@ impl Refiner {
             surface.measure_in(rows, &here);
             let still = RefineOptions { mode: Mode::Quick, ..*options };
             let pass = Pass::new(rows, &target, surface.triangles(), &still);
+            let pass = Pass { focus: focus.as_ref(), ..pass };
             stepper.begin_in(surface, carried, here, pass);
             let begin = surface.clock;
             let limit = (REPLACED * surface.at.len() as f64).ceil() as usize;

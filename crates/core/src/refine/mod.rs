@@ -27,6 +27,7 @@ mod morton;
 mod options;
 mod pass;
 mod patch;
+mod planes;
 mod removal;
 mod replace;
 mod ring;
@@ -41,6 +42,7 @@ mod target;
 #[cfg(test)]
 mod tests;
 
+use crate::focus::FocusMap;
 use crate::frame::{Buffers, Fill, Frame};
 use crate::mesh::Mesh;
 use crate::residual::Residual;
@@ -95,6 +97,8 @@ pub type Watch<'a> = &'a mut (dyn FnMut(&Mesh, f64) -> bool + Send);
 /// Refines meshes. It keeps scratch buffers and, for video, what is known of each vertex.
 #[derive(Debug, Default)]
 pub struct Refiner {
+    /// How much places matter; `None` for all the same.
+    pub(crate) focus: Option<FocusMap>,
     rows: RowSums,
     surface: Surface,
     stepper: Stepper,
@@ -200,7 +204,8 @@ impl Refiner {
         }
         in_pool(|| {
             let target = Target::Frame(frame);
-            self.rows.load(&target, options.mode == Mode::Stream);
+            self.rows.load(&target, options.mode == Mode::Stream && !options.planes);
+            self.rows.load_planes(&target, options.planes);
             self.surface.link(mesh);
             self.surface.measure(&self.rows);
             self.begin();
@@ -250,7 +255,11 @@ impl Refiner {
                 }
                 carried
             };
-            let ((), carried) = crate::parallel::join(|| rows.load(&target, subsample), carry);
+            let load = || {
+                rows.load(&target, subsample && !options.planes);
+                rows.load_planes(&target, options.planes);
+            };
+            let ((), carried) = crate::parallel::join(load, carry);
             self.surface.measure(&self.rows);
             let refined = self.run(mesh, &target, options, carried, None);
             target.recycle(&mut self.buffers);
@@ -267,8 +276,9 @@ impl Refiner {
         carried: bool,
         mut watch: Option<Watch<'_>>,
     ) -> Refined {
-        let Self { rows, surface, stepper, stripe, replaced_since_renumber, .. } = self;
+        let Self { focus, rows, surface, stepper, stripe, replaced_since_renumber, .. } = self;
         let pass = Pass::new(rows, target, surface.triangles(), options);
+        let pass = Pass { focus: focus.as_ref(), ..pass };
         let part = Share::new(*stripe, options.part);
         *stripe = part.next();
         stepper.begin(surface, carried, if options.steps > 0 { Share::ALL } else { part }, pass);

@@ -23,6 +23,9 @@ pub struct RefineOptions {
     pub mode: Mode,
     /// What is kept for the next frame of a fresh mesh for which no step is done.
     pub unrefined: Unrefined,
+    /// Whether triangles are filled with planes of colour, not with their means: of opaque frames the error is that
+    /// of the planes then.
+    pub planes: bool,
 }
 
 /// The work of a refinement step. `cargo bench -p polyreel-bench --bench refine` prints the time and the error of each
@@ -67,6 +70,7 @@ impl RefineOptions {
             threshold: 0.01,
             mode: Mode::Quick,
             unrefined: Unrefined::Forget,
+            planes: false,
         }
     }
 
@@ -112,14 +116,16 @@ impl RefineOptions {
         // Without a step, later frames are only maintained.
         let adopts = plan.passes() == 0 && options.coherence > 0.0;
         let unrefined = if adopts { Unrefined::Adopt } else { Unrefined::Forget };
-        Self { regularity: options.regularity, unrefined, ..plan }
+        let planes = options.fill.is_gradient();
+        Self { regularity: options.regularity, unrefined, planes, ..plan }
     }
 
     /// The plan for a mesh that comes from the frame before, of `size`: a few steps, fewer changes and only
     /// such as are clearly worth it.
     pub fn next(options: &Options, size: Size) -> Self {
         let steps = Self::live_steps(options, size);
-        Self { steps, regularity: options.regularity, ..Self::live() }
+        let planes = options.fill.is_gradient();
+        Self { steps, regularity: options.regularity, planes, ..Self::live() }
     }
 
     /// The plan for a frame of `size` that has nothing to do with the one before it, of a video whose frames

@@ -4,6 +4,8 @@ use super::cell::cell_error;
 use super::options::{Mode, RefineOptions};
 use super::rows::RowSums;
 use super::target::Target;
+use crate::focus::FocusMap;
+use crate::geom::Point;
 
 /// The parameters of a pass over the mesh.
 #[derive(Clone, Copy, Debug)]
@@ -15,6 +17,8 @@ pub(super) struct Pass<'a> {
     /// The minimum gain of a change, in squared 8-bit steps.
     pub(super) min_gain: f64,
     pub(super) mode: Mode,
+    /// How much places matter; `None` for all the same.
+    pub(super) focus: Option<&'a FocusMap>,
     /// Whether another pass over the same picture follows.
     pub(super) has_next: bool,
 }
@@ -32,6 +36,12 @@ const MAX_SHAPE: f64 = 1e4;
 const MIN_GAIN: f64 = 1.0;
 
 impl<'a> Pass<'a> {
+    /// How much the place `p` matters, 1 as by default.
+    #[inline]
+    pub(super) fn focus_at(&self, p: Point) -> f64 {
+        self.focus.map_or(1.0, |focus| focus.at(p))
+    }
+
     /// Whether the picture goes on changing: [`Mode::Stream`].
     pub(super) fn is_stream(&self) -> bool {
         self.mode == Mode::Stream
@@ -58,6 +68,7 @@ impl<'a> Pass<'a> {
             min_gain: (cell * options.threshold.max(0.0)).max(MIN_GAIN),
             mode: options.mode,
             has_next: false,
+            focus: None,
         }
     }
 }

@@ -6,6 +6,7 @@ use super::activity::Activity;
 use super::cost::Cost;
 use super::pass::Pass;
 use super::patch::{Closing, Plan};
+use super::planes;
 use super::ring::Ring;
 use super::share::Turn;
 use super::surface::{Fan, Surface, around_each};
@@ -93,7 +94,7 @@ impl RemovalCosts {
                 && activity.is_active(v)
                 && surface.freedom(v) == Place::Interior
         };
-        self.update_bounds(surface, is_asked);
+        self.update_bounds(surface, is_asked, pass);
         let bounds = self.bounds.iter().zip(&surface.order);
         let mut least: Vec<(f32, u32)> = bounds
             .filter(|(bounds, _)| bounds.is_finite())
@@ -135,7 +136,13 @@ impl RemovalCosts {
 
     /// Updates the upper bounds of the rise in squared error without each of the requested vertices; infinite for all
     /// others.
-    fn update_bounds(&mut self, surface: &Surface, is_asked: impl Fn(u32) -> bool + Sync) {
+    fn update_bounds(
+        &mut self,
+        surface: &Surface,
+        is_asked: impl Fn(u32) -> bool + Sync,
+        pass: Pass,
+    ) {
+        let planes = planes::of(&pass);
         self.bounds.resize(surface.order.len(), 0.0);
         let packs = surface.order.par_chunks(CHUNK).zip(self.bounds.par_chunks_mut(CHUNK));
         packs.for_each(|(vertices, bounds)| {
@@ -145,8 +152,14 @@ impl RemovalCosts {
                 surface,
                 asked,
                 |(v, _)| **v,
-                |(_, bounds), leaving| {
-                    *bounds = cost_bound(surface, leaving);
+                |(v, bounds), leaving| {
+                    *bounds = match planes {
+                        Some(planes) => planes::cost_bound(surface, planes, leaving),
+                        None => cost_bound(surface, leaving),
+                    };
+                    if pass.focus.is_some() {
+                        *bounds *= pass.focus_at(surface.at[*v as usize]) as f32;
+                    }
                 },
             );
         });
@@ -174,10 +187,11 @@ impl RemovalCosts {
 
     /// The removal cost of each candidate (of error, or of error with shape, whichever is larger) with its index, the
     /// cheapest first.
-    pub(super) fn costs(&self, weight: f64) -> Vec<(f64, usize)> {
+    pub(super) fn costs(&self, surface: &Surface, pass: Pass) -> Vec<(f64, usize)> {
         let cost_of = |c: &Candidate| {
             let cost = self.cost[c.vertex as usize];
-            cost.total(weight).max(cost.error)
+            let cost = cost.total(pass.weight).max(cost.error);
+            cost * pass.focus_at(surface.at[c.vertex as usize])
         };
         let mut costs: Vec<_> = self.candidates.iter().map(cost_of).zip(0..).collect();
         let vertex = |place: usize| self.candidates[place].vertex;

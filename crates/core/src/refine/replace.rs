@@ -35,6 +35,12 @@ struct Opening {
 }
 
 impl Opening {
+    /// With the gain as much as its place matters.
+    fn weighted(mut self, pass: Pass) -> Self {
+        self.gain = self.gain.scaled(pass.focus_at(self.place));
+        self
+    }
+
     fn score(&self, weight: f64) -> f64 {
         self.gain.total(weight).min(self.gain.error)
     }
@@ -152,35 +158,36 @@ fn candidates_and_openings(
         || removals.update(surface, activity, turn, planned, pass),
         || {
             errors.update(surface, activity, if pass.is_stream() { Turn::ALL } else { turn }, pass);
-            find_worst(surface, errors, is_open, tried, &mut worst);
+            find_worst((surface, errors), is_open, tried, pass, &mut worst);
             pass.is_stream().then(|| openings(surface, activity, &worst, pass))
         },
     );
     // Costs and gains are the worse of error and error with shape: a change that pays does so in both.
-    let removals_by_cost = removals.costs(pass.weight);
+    let removals_by_cost = removals.costs(surface, pass);
     // A triangle with an error below the cost cannot gain more than it.
     let lowest = removals_by_cost.first().map_or(f64::INFINITY, |&(cost, _)| cost);
     let promising = worst.partition_point(|&(error, _)| error > lowest);
     let mut openings =
         early.unwrap_or_else(|| openings(surface, activity, &worst[..promising], pass));
-    openings.retain(|opening| errors.of(opening.site.triangle()) > lowest);
+    openings
+        .retain(|opening| weighted_error(surface, errors, opening.site.triangle(), pass) > lowest);
     removals.worst = worst;
     (removals_by_cost, openings)
 }
 
 /// Fills `worst` with the errors and numbers of the `limit` open triangles of the largest errors, the worst first.
 fn find_worst(
-    surface: &Surface,
-    errors: &Errors,
+    (surface, errors): (&Surface, &Errors),
     is_open: impl Fn(&u32) -> bool,
     limit: usize,
+    pass: Pass,
     worst: &mut Vec<(f64, u32)>,
 ) {
     worst.clear();
     // Nearly all are open: a vector that grows would take three times the memory.
     worst.reserve(surface.triangles());
     let open = (0..surface.triangles() as u32).filter(is_open);
-    worst.extend(open.map(|t| (errors.of(t), t)));
+    worst.extend(open.map(|t| (weighted_error(surface, errors, t, pass), t)));
     let order = |a: &(f64, u32), b: &(f64, u32)| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1));
     if worst.len() > limit {
         worst.select_nth_unstable_by(limit, order);
@@ -237,7 +244,18 @@ fn best_opening(
     }
     let (Opening { site, place, .. }, cost) = best?;
     let (place, cost) = improve(place, cost, pass, best_ring);
-    Some(Opening { gain: site.cost(surface) + cost.scaled(-1.0), site, place })
+    Some(Opening { gain: site.cost(surface) + cost.scaled(-1.0), site, place }.weighted(pass))
+}
+
+/// The error of triangle `t`, as much as it matters.
+#[inline]
+fn weighted_error(surface: &Surface, errors: &Errors, t: u32, pass: Pass) -> f64 {
+    let error = errors.of(t);
+    if pass.focus.is_none() {
+        error
+    } else {
+        error * pass.focus_at(Site::Triangle(t).centre(surface))
+    }
 }
 
 /// Steps of a new vertex before its gain is counted, and those in [thorough](super::options::Mode::Thorough) mode.

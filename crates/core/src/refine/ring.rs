@@ -123,7 +123,12 @@ impl Ring {
     pub(super) fn triangle(&self, rows: &RowSums, i: usize, p: Point) -> (Cost, Mean) {
         let (a, b) = (self.ends[i], self.ends[i + 1]);
         let total = self.total(rows, i, p);
-        (Cost::with(&total, orient(p, a, b), [p, a, b]), Mean::of(&total))
+        let doubled = orient(p, a, b);
+        let cost = match rows.planes() {
+            Some(_) => Cost::special(rows, doubled, [p, a, b]),
+            None => Cost::with(&total, doubled, [p, a, b]),
+        };
+        (cost, Mean::of(&total))
     }
 
     /// Saves the spokes, for [`Ring::restore`] after another trial.

@@ -3,6 +3,7 @@
 
 mod load;
 
+use super::planes::RowPlanes;
 use super::sums::{NARROW, Sums, Total, unpack};
 use super::target::Target;
 use crate::frame::Frame;
@@ -35,6 +36,10 @@ pub(super) struct RowSums {
     squares_before: Vec<u32>,
     /// Whether the squares are of this frame.
     has_subsampled: bool,
+    /// Twice the area of triangles whose sums are not taken from their edges: [`LARGE`]; 0 for all of them.
+    large: i64,
+    /// What the costs of planes of colour are taken from.
+    planes: RowPlanes,
 }
 
 /// Rows that are interleaved.
@@ -54,6 +59,8 @@ impl Default for RowSums {
             squares: 0,
             squares_before: Vec::new(),
             has_subsampled: false,
+            large: LARGE,
+            planes: RowPlanes::default(),
         }
     }
 }
@@ -144,13 +151,30 @@ impl RowSums {
     /// The sums over the pixels of `triangle`, with the positive `orient` `doubled`, whose edges have the sum `sums`.
     #[inline(always)]
     pub(super) fn total(&self, sums: &Sums, doubled: i64, triangle: [Point; 3]) -> Total {
-        // A convex shape covers at most area + half of the perimeter + 1 centres; half of the perimeter is at most
-        // the width and height of its bounding box.
-        const LARGE: i64 = 2 * (SUBPIXEL as i64) * (SUBPIXEL as i64) * (NARROW as i64 / 2);
-        if doubled >= LARGE || (self.needs_wide_sums && extent(triangle) >= EXTENT) {
+        if self.is_special(doubled, triangle) {
             return self.wide(triangle);
         }
         Total::of(sums)
+    }
+
+    /// Whether the cost of `triangle`, whose `orient` is `doubled`, does not follow from the sums of its edges.
+    #[inline(always)]
+    pub(super) fn is_special(&self, doubled: i64, triangle: [Point; 3]) -> bool {
+        doubled >= self.large || (self.needs_wide_sums && extent(triangle) >= EXTENT)
+    }
+
+    /// Takes what the costs of planes of colour need of `target`, where they are `wanted` and it is opaque, after
+    /// [`RowSums::load`].
+    pub(super) fn load_planes(&mut self, target: &Target, wanted: bool) {
+        if wanted && target.is_opaque() {
+            self.planes.load(target);
+            self.large = 0;
+        }
+    }
+
+    /// What planes of colour cost, where triangles are filled with them.
+    pub(super) fn planes(&self) -> Option<&RowPlanes> {
+        (self.large == 0).then_some(&self.planes)
     }
 
     /// As [`RowSums::total`], for triangles of any size.
@@ -249,6 +273,10 @@ impl RowSums {
         [r as f32, g as f32, b as f32, alpha as f32]
     }
 }
+
+/// Twice the area of triangles that may have too many pixels for [`Sums`]. A convex shape covers at most its area, half
+/// its perimeter and one more centre; the half perimeter is at most width and height of the box around it.
+const LARGE: i64 = 2 * (SUBPIXEL as i64) * (SUBPIXEL as i64) * (NARROW as i64 / 2);
 
 /// From 1/256 to 1/65536 pixel.
 const FINER: i32 = 65536 / SUBPIXEL;

@@ -2,6 +2,8 @@
 
 use crate::chance::{Purpose, rank, unit};
 use crate::feature::mask::Mask;
+use crate::focus::FocusMap;
+use crate::geom::Point;
 use crate::hex::HexGrid;
 use crate::options::Thresholds;
 
@@ -48,7 +50,7 @@ pub struct Binned {
     candidates: Vec<Candidate>,
     /// The start of each cell's candidates, and the end of the last cell's.
     starts: Vec<u32>,
-    quotas: Vec<u32>,
+    quotas: Vec<f64>,
     /// A random number in 0..1 for each cell: the dither by which fractional quotas are rounded.
     dither: Vec<f64>,
 }
@@ -65,7 +67,7 @@ impl Binned {
             unsorted.push((cell as u32, Candidate { rank, x: x as u16, y: y as u16 }));
         }
         let area = grid.cell_area();
-        let quotas = starts[1..].iter().map(|&n| quota.of(n as usize, area)).collect();
+        let quotas = starts[1..].iter().map(|&n| quota.of(n as usize, area).into()).collect();
         for cell in 0..grid.cells() {
             starts[cell + 1] += starts[cell];
         }
@@ -81,13 +83,21 @@ impl Binned {
         Self { candidates, starts, quotas, dither }
     }
 
+    /// Multiplies the quotas of the cells of `grid` by how much their centres matter.
+    pub(crate) fn weigh(&mut self, grid: &HexGrid, focus: &FocusMap) {
+        for (cell, quota) in self.quotas.iter_mut().enumerate() {
+            let (x, y) = grid.centre(cell);
+            *quota *= focus.at(Point::from_pixels(x, y));
+        }
+    }
+
     fn held(&self, cell: usize) -> usize {
         (self.starts[cell + 1] - self.starts[cell]) as usize
     }
 
     /// The number of candidates that `cell` keeps when quotas are multiplied by `scale`.
     fn kept(&self, cell: usize, scale: f64) -> usize {
-        let quota = f64::from(self.quotas[cell]) * scale + self.dither[cell];
+        let quota = self.quotas[cell] * scale + self.dither[cell];
         // A scale of exactly 1 keeps the quota itself: the dither is below 1.
         (quota as usize).min(self.held(cell))
     }

@@ -13,6 +13,7 @@ pub mod value;
 
 use crate::feature::Features;
 use crate::feature::change::Change;
+use crate::focus::FocusMap;
 use crate::geom::{Point, Size};
 use crate::hex::HexGrid;
 use crate::mesh::Mesh;
@@ -57,6 +58,8 @@ pub struct Life {
 #[derive(Debug)]
 pub struct Sampler {
     options: Options,
+    /// How much places matter; `None` for all the same.
+    pub(crate) focus: Option<FocusMap>,
     /// The final mesh of the last frame.
     living: Option<Mesh>,
     /// Buffers of a mesh that is no longer needed.
@@ -78,6 +81,7 @@ impl Sampler {
     pub fn new(options: &Options) -> Self {
         Self {
             options: options.clone(),
+            focus: None,
             living: None,
             recycled: None,
             carrier: Carrier::default(),
@@ -247,7 +251,11 @@ impl Sampler {
     }
 
     fn binned(&self, features: &Features, grid: &HexGrid) -> Binned {
-        Binned::new(&features.candidates, grid, &self.quota(), self.options.seed)
+        let mut binned = Binned::new(&features.candidates, grid, &self.quota(), self.options.seed);
+        if let Some(focus) = &self.focus {
+            binned.weigh(grid, focus);
+        }
+        binned
     }
 
     fn quota(&self) -> Quota {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::parallel::prelude::*;
 
-use super::{EXTENT, LINE, RowSums, TOGETHER};
+use super::{EXTENT, LARGE, LINE, RowSums, TOGETHER};
 use crate::frame::Rgba;
 use crate::geom::{MAX_SIDE, SUBPIXEL};
 use crate::refine::sums::pack;
@@ -28,6 +28,7 @@ impl RowSums {
     ) {
         let (picture, size) = (target.picture(), target.size());
         self.size = size;
+        self.large = LARGE;
         self.needs_wide_sums = (size.width + size.height) as i32 * SUBPIXEL >= EXTENT;
         let height = size.height as usize;
         let group = ((size.width as usize + 1) * TOGETHER).next_multiple_of(LINE);

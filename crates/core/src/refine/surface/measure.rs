@@ -17,7 +17,7 @@ impl Surface {
     /// Computes the sums of all edges and the costs of all triangles over a new frame, and estimates of their errors
     /// if `rows` has the squares.
     pub(in crate::refine) fn measure(&mut self, rows: &RowSums) {
-        let subsample = rows.has_subsampled();
+        let (subsample, sloped) = (rows.has_subsampled(), rows.planes().is_some());
         let Self { at, origin, twin, sums, cost, mean, estimate, .. } = self;
         let triangles = origin.len() / 3;
         sums.resize(origin.len(), Sums::default());
@@ -36,7 +36,11 @@ impl Surface {
                 let triangle = [3 * t, 3 * t + 1, 3 * t + 2].map(place);
                 let doubled = orient(triangle[0], triangle[1], triangle[2]);
                 let total = rows.total(&(a + b + c), doubled, triangle);
-                *cost = Cost::with(&total, doubled, triangle);
+                *cost = if sloped {
+                    Cost::special(rows, doubled, triangle)
+                } else {
+                    Cost::with(&total, doubled, triangle)
+                };
                 *mean = Mean::of(&total);
             }
             if subsample {

@@ -42,6 +42,7 @@ fn force_and_slope(chance: u32) -> ([f64; 2], [f64; 2]) {
         min_gain: 0.0,
         mode: Mode::Thorough,
         has_next: false,
+        focus: None,
     };
     let (gx, gy) = super::force::gradient(pass, seeds[0], &ring, mean);
     // Central differences over eight pixels even out that pixels change hands whole.

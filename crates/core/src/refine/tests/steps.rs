@@ -77,6 +77,7 @@ proptest! {
             threshold,
             mode: if opaque { Mode::Thorough } else { Mode::Stream },
             unrefined: Unrefined::Forget,
+            planes: false,
         };
         let mut refiner = Refiner::default();
         let mut error = f64::INFINITY;

@@ -1,0 +1,169 @@
+//! Where a picture gets more and smaller facets, as options name it.
+
+use std::sync::Arc;
+
+use crate::error::{Error, Result};
+use crate::geom::Size;
+
+/// Where a picture gets more and smaller facets.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "String", into = "String")
+)]
+#[non_exhaustive]
+pub enum Focus {
+    /// Where it stands out (spectral residual), found in every frame.
+    Saliency,
+    /// Around a place.
+    Spot(Spot),
+    /// Where a mask is light.
+    Mask(FocusMask),
+}
+
+/// A place and a radius.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spot {
+    /// From the left, a share of the width where it is one.
+    pub x: Length,
+    /// From the top, a share of the height where it is one.
+    pub y: Length,
+    /// A share of the shorter side where it is one.
+    pub radius: Length,
+}
+
+/// A length in pixels, or a share of a side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Length {
+    /// Pixels.
+    Pixels(f64),
+    /// A share, 1 being all of it.
+    Share(f64),
+}
+
+/// A mask, stretched to the frame's size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FocusMask {
+    /// What it is called: the name of its file.
+    pub name: String,
+    /// Its size; 0 x 0 as long as it has not been loaded.
+    pub size: Size,
+    /// For each pixel how much it matters, 0 to 255.
+    pub weights: Arc<[u8]>,
+}
+
+impl Length {
+    /// In pixels, where `whole` is what it is a share of.
+    pub fn of(self, whole: u32) -> f64 {
+        match self {
+            Self::Pixels(pixels) => pixels,
+            Self::Share(share) => share * f64::from(whole),
+        }
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        let text = text.trim();
+        let (number, share) = match text.strip_suffix('%') {
+            Some(number) => (number, true),
+            None => (text, false),
+        };
+        let number: f64 = number.trim().parse().ok().filter(|v: &f64| v.is_finite())?;
+        Some(if share { Self::Share(number / 100.0) } else { Self::Pixels(number) })
+    }
+}
+
+impl std::fmt::Display for Length {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Pixels(pixels) => write!(f, "{pixels}"),
+            // Six digits hide the binary rounding of per cent.
+            Self::Share(share) => write!(f, "{}%", (share * 1e8).round() / 1e6),
+        }
+    }
+}
+
+impl Focus {
+    pub(super) fn validate(&self) -> Result<()> {
+        match self {
+            Self::Saliency => Ok(()),
+            Self::Spot(Spot { radius: Length::Pixels(r) | Length::Share(r), .. }) if *r > 0.0 => {
+                Ok(())
+            }
+            Self::Spot(spot) => Err(Error::out_of_range("focus", spot.radius, "a radius above 0")),
+            Self::Mask(mask)
+                if mask.weights.len() == mask.size.pixels() && !mask.weights.is_empty() =>
+            {
+                Ok(())
+            }
+            Self::Mask(mask) => {
+                Err(Error::options(format!("the focus mask {} has no pixels", mask.name)))
+            }
+        }
+    }
+}
+
+impl std::str::FromStr for Focus {
+    type Err = Error;
+
+    /// `saliency`, `X,Y,R`, or else the name of a mask, which is to be loaded.
+    fn from_str(text: &str) -> Result<Self> {
+        if text == "saliency" {
+            return Ok(Self::Saliency);
+        }
+        let parts: Vec<_> = text.split(',').collect();
+        if let [x, y, radius] = parts[..]
+            && let (Some(x), Some(y), Some(radius)) =
+                (Length::parse(x), Length::parse(y), Length::parse(radius))
+        {
+            return Ok(Self::Spot(Spot { x, y, radius }));
+        }
+        if text.contains('.') {
+            let (size, weights) = (Size::new(0, 0), Arc::from([]));
+            return Ok(Self::Mask(FocusMask { name: text.to_owned(), size, weights }));
+        }
+        Err(Error::options(format!(
+            "'{text}' is no focus: write saliency, X,Y,R (50%,40%,20%, or pixels) or the name of a mask (face.png)"
+        )))
+    }
+}
+
+impl TryFrom<String> for Focus {
+    type Error = Error;
+    fn try_from(text: String) -> Result<Self> {
+        text.parse()
+    }
+}
+
+impl From<Focus> for String {
+    fn from(focus: Focus) -> String {
+        focus.to_string()
+    }
+}
+
+impl std::fmt::Display for Focus {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Saliency => f.write_str("saliency"),
+            Self::Spot(Spot { x, y, radius }) => write!(f, "{x},{y},{radius}"),
+            Self::Mask(mask) => f.write_str(&mask.name),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_masks_and_saliency_print_as_they_are_read() {
+        for text in ["saliency", "50%,40%,20%", "100,20.5,30", "10%,5,7", "a,b.png", "face.png"] {
+            assert_eq!(text.parse::<Focus>().expect(text).to_string(), text);
+        }
+        for wrong in ["", "faces", "1,2", "a,b,c", "1,2,nan"] {
+            assert!(wrong.parse::<Focus>().is_err(), "{wrong}");
+        }
+        assert!("1,2,0".parse::<Focus>().expect("read").validate().is_err());
+        assert!("face.png".parse::<Focus>().expect("read").validate().is_err(), "not loaded");
+    }
+}
