@@ -40,6 +40,7 @@ mod terminal;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use polyreel::error::{Error, Result};
 
@@ -53,9 +54,25 @@ enum Outcome {
     Interrupted,
 }
 
+/// Whether this process is the program, and not another one that the program is a part of.
+static IS_PROGRAM: AtomicBool = AtomicBool::new(false);
+
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
+    IS_PROGRAM.store(true, Ordering::Relaxed);
     ExitCode::from(main_of(std::env::args_os()))
+}
+
+/// A command that runs the program: this process's own, or Python's with the package.
+///
+/// # Errors
+/// When the system does not tell what this process runs.
+fn itself() -> std::io::Result<std::process::Command> {
+    let mut command = std::process::Command::new(std::env::current_exe()?);
+    if !IS_PROGRAM.load(Ordering::Relaxed) {
+        command.args(["-m", "polyreel"]);
+    }
+    Ok(command)
 }
 
 /// Runs the command line `arguments`, the program's name first, and returns the exit code. What signals and panics

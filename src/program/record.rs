@@ -54,6 +54,7 @@ fn write_all(place: Place, bytes: &[u8]) -> Result<()> {
     place.commit()
 }
 
-fn same_file(a: &Path, b: &Path) -> bool {
+/// Whether two names are of one file.
+pub(crate) fn same_file(a: &Path, b: &Path) -> bool {
     a == b || matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }

@@ -17,7 +17,7 @@ use polyreel::film::plan::Chunk;
 use super::Work;
 use super::bar::Bar;
 use super::chunk::{name, render_chunk};
-use crate::program::terminal;
+use crate::program::{itself, terminal};
 
 /// The cores of this machine that may be used.
 pub(super) fn cores() -> NonZeroUsize {
@@ -138,7 +138,7 @@ fn one(work: &Work, chunk: &Chunk, threads: NonZeroUsize) -> Result<()> {
 }
 
 fn run(work: &Work, chunk: &Chunk, threads: NonZeroUsize) -> io::Result<ExitStatus> {
-    let mut command = Command::new(std::env::current_exe()?);
+    let mut command = itself()?;
     command.arg("render").arg("--plan").arg(&work.path);
     command.args(["--chunk", &chunk.chunk.to_string(), "--threads", &threads.to_string()]);
     command.args(["--quiet", "--until-input-ends", "-o"]).arg(&work.folder);

@@ -146,7 +146,7 @@ fn attempt(
     threads: Option<NonZeroUsize>,
     seek: &Seek,
 ) -> Result<Summary> {
-    let input = work.open_film(None)?;
+    let input = work.open_for_chunk()?;
     let sink = part::create(&work.plan, chunk, &work.folder, input.info(), &work.unfinished)?;
     let settings = Settings {
         options: adapted(&work.plan.options, work.plan.read.kind),

@@ -70,7 +70,7 @@ pub(super) fn join_to(
 ) -> Result<()> {
     let began = Instant::now();
     fits(work, output)?;
-    let input = work.open_film(work.plan.read.frames)?;
+    let input = work.open_film()?;
     if hash::of_files(input.paths())?.0 != work.plan.film.hash {
         return Err(work.other_film(input.paths()));
     }

@@ -75,13 +75,24 @@ impl Work {
         planned
     }
 
-    /// The film, opened; all of it, or all that a chunk could need.
-    fn open_film(&self, frames: Option<u64>) -> Result<Input> {
-        let read = &self.plan.read;
-        let options = SourceOptions { frames, ..source_options(read, self.ffmpeg.clone()) };
+    /// The film, opened as it was planned.
+    fn open_film(&self) -> Result<Input> {
+        self.open_with(self.plan.read.frames)
+    }
+
+    /// The film, opened to read a chunk of it.
+    fn open_for_chunk(&self) -> Result<Input> {
+        // Where frames are to be counted nothing can be passed over. Of a sequence they say which files it is made of.
+        let is_sequence = self.plan.film.format.ends_with(" sequence");
+        self.open_with(self.plan.read.frames.filter(|_| is_sequence))
+    }
+
+    fn open_with(&self, frames: Option<u64>) -> Result<Input> {
+        let options = source_options(&self.plan.read, self.ffmpeg.clone());
+        let options = SourceOptions { frames, ..options };
         let inputs = self.inputs();
         let input = source::open(&inputs, &options).map_err(|error| match inputs.first() {
-            Some(one) if inputs.len() == 1 && !one.exists() => Error::input(
+            Some(one) if source::files(&inputs).is_err() => Error::input(
                 one,
                 "the film that was planned is not there; tell where it is with --film FILE",
             ),

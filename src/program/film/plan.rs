@@ -51,6 +51,9 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome> {
         ));
     }
     let plan = make(&request, processes, args.quiet)?;
+    if plan.film.inputs.iter().any(|input| record::same_file(Path::new(input), &args.output)) {
+        return Err(Error::output(&args.output, "is the film, too; give another name"));
+    }
     record::put(&args.output, plan.to_text().as_bytes(), args.write.overwrite)?;
     if !args.quiet {
         tell(&plan, &args.output);

@@ -6,14 +6,16 @@ use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use polyreel::error::{Error, Result};
+use polyreel::ffmpeg::Ffmpeg;
 use polyreel::film::hash;
 use polyreel::film::part;
 use polyreel::film::plan::{Kind, Plan};
 use polyreel::film::survey::Division;
 use polyreel::pipeline::Stop;
+use polyreel::source;
 
 use super::plan::{Request, asked_now, make, writing};
-use super::{Work, all, chunk, join};
+use super::{Work, all, chunk, join, source_options};
 use crate::program::Outcome;
 use crate::program::cli::RenderArgs;
 use crate::program::interrupt::Interrupt;
@@ -35,7 +37,8 @@ pub(crate) fn resume(args: &RenderArgs, output: &OsStr) -> Result<Outcome> {
         kind: Some(Kind::of(output)),
         division: Division { max_frames: MAX_FRAMES, warm_up: None },
     };
-    let known = known(&folder, &request);
+    let ffmpeg = args.input.options(processes.clone()).ffmpeg;
+    let known = known(&folder, &request, &ffmpeg);
     // A folder for this output says that a run for it was begun, which perhaps ended only just after the output was
     // complete.
     let overwrite = args.write.overwrite || known.is_some();
@@ -59,7 +62,6 @@ pub(crate) fn resume(args: &RenderArgs, output: &OsStr) -> Result<Outcome> {
             record::put_durably(&path, plan.to_text().as_bytes())?;
         }
     }
-    let ffmpeg = args.input.options(processes.clone()).ffmpeg;
     let work = Work::open(&path, Some(folder.clone()), ffmpeg, &interrupt)?;
     let work = Work { quiet, ..work };
     chunk::make_folder(&work)?;
@@ -95,15 +97,15 @@ fn folder_of(output: &OsStr) -> PathBuf {
 }
 
 /// The plan that is in `folder`, if it is of what is asked for now, and of the film as it is now.
-fn known(folder: &Path, request: &Request<'_>) -> Option<Plan> {
+fn known(folder: &Path, request: &Request<'_>, ffmpeg: &Ffmpeg) -> Option<Plan> {
     let path = folder.join("plan.json");
     if !path.exists() {
         return None;
     }
     let found = Plan::read(&path).ok().filter(|plan| {
         asked_now(request, plan.read.kind).is_ok_and(|asked| asked == plan.asked)
-            && polyreel::source::files(&request.input.inputs)
-                .and_then(|files| hash::of_files(&files))
+            && source::open(&request.input.inputs, &source_options(&plan.read, ffmpeg.clone()))
+                .and_then(|input| hash::of_files(input.paths()))
                 .is_ok_and(|(hash, _)| hash == plan.film.hash)
     });
     if found.is_none() {

@@ -92,6 +92,21 @@ fn gifs_keep_their_times_and_what_is_transparent() {
 }
 
 #[test]
+fn sequences_are_films_and_so_are_parts_of_them() {
+    let folder = Folder::new();
+    folder.sequence("in", 9);
+    for look in ["--frames 7 --fps 12", "--start 0.1", "--frames 5 --coherence 0"] {
+        folder.run(&format!("plan in -o plan.json -y --max-frames 3 {look}")).success();
+        folder.run("render --plan plan.json --all -q").success();
+        folder.run("join plan.json -o joined.y4m -y").success();
+        folder.run(&format!("render in -o whole.y4m -y {look}")).success();
+        assert!(folder.read("joined.y4m") == folder.read("whole.y4m"), "{look}");
+    }
+    let said = stderr(&folder.run("plan in/f0.png in/f1.png -o in/f1.png -y").code(1));
+    assert!(said.contains("is the film, too"), "{said}");
+}
+
+#[test]
 fn what_is_stale_is_named_and_rendered_again() {
     let folder = given();
     folder.run("plan in.y4m -o plan.json --max-frames 8").success();
