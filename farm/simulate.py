@@ -99,7 +99,7 @@ def main():
     parser.add_argument("plans", nargs="*", help="plans of films, whose shots are taken")
     parser.add_argument("-o", "--output", help="the plot, as SVG")
     parser.add_argument("--max-frames", type=int, default=240)
-    parser.add_argument("--warm-up", type=int, default=24)
+    parser.add_argument("--warm-up", type=int, default=8)
     parser.add_argument("--fps", type=float, default=40, help="frames a second that a machine renders")
     parser.add_argument("--plan-fps", type=float, default=250, help="that the plan looks through")
     parser.add_argument("--join-fps", type=float, default=120, help="that the join paints and encodes")

@@ -55,7 +55,7 @@ pub(crate) struct DivisionArgs {
     #[arg(long)]
     pub(crate) split_long_shots: bool,
     /// Frames that are rendered before a piece of such a shot, to come close
-    #[arg(long, value_name = "N", default_value = "24", requires = "split_long_shots")]
+    #[arg(long, value_name = "N", default_value = "8", requires = "split_long_shots")]
     pub(crate) warm_up: u64,
 }
 

@@ -20,8 +20,9 @@ use crate::program::cli::{DivisionArgs, InputArgs, PlanArgs, RefusedArgs, VideoA
 use crate::program::interrupt::Interrupt;
 use crate::program::{record, terminal};
 
-/// What pieces of split shots are.
-const CLOSE: &str = "the seams are close to a render of the whole film, not the same";
+/// What pieces of split shots are. Measured: docs/films.md.
+const CLOSE: &str = "close to a render of the whole film, not the same: 2 to 3 of 255 off on average, and where a \
+                     piece begins the mesh jumps as at a cut";
 
 /// What is asked for, before the film is looked at.
 pub(super) struct Request<'a> {
@@ -261,6 +262,6 @@ fn tell(plan: &plan::Plan, output: &Path) {
     ));
     let near = plan.chunks.iter().filter(|chunk| !chunk.exact).count();
     if near > 0 {
-        terminal::warn(format_args!("{} of split shots: {CLOSE}", count(near, "piece")));
+        terminal::warn(format_args!("{} of split shots, {CLOSE}", count(near, "piece")));
     }
 }

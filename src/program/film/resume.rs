@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use polyreel::error::{Error, Result};
 use polyreel::ffmpeg::Ffmpeg;
 use polyreel::film::hash;
-use polyreel::film::part;
 use polyreel::film::plan::{Kind, Plan};
 use polyreel::film::survey::Division;
 use polyreel::pipeline::Stop;
@@ -117,13 +116,20 @@ fn known(folder: &Path, request: &Request<'_>, ffmpeg: &Ffmpeg) -> Option<Plan> 
     found
 }
 
-/// Removes the parts, which are no longer needed.
+/// Removes the parts, which are no longer needed, and what killed runs have left.
 fn remove(work: &Work) {
     // What cannot be removed is in nobody's way, and others' files stay.
-    for chunk in &work.plan.chunks {
-        let _ = fs::remove_file(part::report(&work.folder, chunk.chunk));
-        let _ = fs::remove_file(part::meshes(&work.folder, chunk.chunk));
+    for entry in fs::read_dir(&work.folder).into_iter().flatten().flatten() {
+        if is_ours(&entry.file_name().to_string_lossy()) {
+            let _ = fs::remove_file(entry.path());
+        }
     }
-    let _ = fs::remove_file(&work.path);
     let _ = fs::remove_dir(&work.folder);
+}
+
+/// Whether a file of that `name` is a plan, a part or a temporary file.
+fn is_ours(name: &str) -> bool {
+    let number = name.strip_suffix(".polyreel").or_else(|| name.strip_suffix(".json"));
+    let is_part = number.is_some_and(|number| number.bytes().all(|byte| byte.is_ascii_digit()));
+    name == "plan.json" || name.starts_with(".polyreel-") || is_part
 }
