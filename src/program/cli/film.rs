@@ -79,7 +79,7 @@ pub(crate) struct FilmArgs {
     #[arg(long, value_name = "PLAN.json")]
     #[arg(conflicts_with_all = ["inputs", "start", "end", "frames", "fps", "max_size", "allow_truncated"])]
     #[arg(conflicts_with_all = ["WriteArgs", "VideoArgs", "LookArgs"])]
-    #[arg(conflicts_with_all = ["budget", "replay", "looped", "report", "preview", "resume"])]
+    #[arg(conflicts_with_all = ["budget", "replay", "looped", "report", "preview", "resume", "batch"])]
     pub(crate) plan: Option<PathBuf>,
     /// The chunk to render, from 0, or env:NAME for the number in a variable of the environment:
     /// env:SLURM_ARRAY_TASK_ID
@@ -96,7 +96,7 @@ pub(crate) struct FilmArgs {
     pub(crate) film: Option<PathBuf>,
     /// Render in parts that are kept in a folder beside the output until it is complete: run the same
     /// command again after a crash, and it goes on
-    #[arg(long, conflicts_with_all = ["replay", "report", "preview"])]
+    #[arg(long, conflicts_with_all = ["replay", "report", "preview", "batch"])]
     pub(crate) resume: bool,
     /// End when standard input does: set by --all for the processes that it starts
     #[arg(long, hide = true)]

@@ -134,6 +134,9 @@ pub(super) fn make(request: &Request<'_>, processes: Processes, quiet: bool) -> 
     let ffmpeg = request.input.options(processes).ffmpeg;
     let opened = Opened::open(request, &ffmpeg)?;
     let Opened { input, read, hdr, inputs } = opened;
+    if !quiet {
+        input.warnings().iter().for_each(terminal::warn);
+    }
     let info = input.info().clone();
     let asked = asked(request, &inputs, &read);
     let paths = input.paths().to_vec();
