@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use numpy::ndarray::{Array2, ArrayView1};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use polyreel::rasterise::{Grade, outlined};
+use polyreel::sink::Needs;
 use polyreel::sink::repainted::Repainted;
 use polyreel::svg::{Lines, Seams, SvgOptions, to_svg};
 use polyreel::{
@@ -182,7 +183,11 @@ pub(crate) fn triangulate(
     let py = picture.py();
     let (frame, _) = picture::frame(picture, Vec::new())?;
     let made: polyreel::Result<_> = work(py, move || {
-        let plain = Options { saturation: 1.0, wash: 0.0, outline: None, ..look.clone() };
+        // Colours as they were found: how they are shown is the mesh's to say.
+        let mut plain = look.clone();
+        let needs = Needs { plain: true, ..Needs::default() };
+        needs.check(&plain)?;
+        needs.adapt(&mut plain);
         let rendered = polyreel::Renderer::new(&plain)?.render(&frame)?;
         Ok((rendered.mesh, look))
     })?;

@@ -11,6 +11,9 @@ use crate::options::{Duotone, FillMode, Options, Palette};
 /// Colours that are one piece of work.
 const PACK: usize = 1024;
 
+/// Colours as strong as that do not become any stronger.
+const STRONG: f64 = 90.0;
+
 /// What is done to colours after they were found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grade {
@@ -139,6 +142,15 @@ impl Grade {
         nearest.map_or(toned, |(_, [r, g, b, _])| [*r, *g, *b, colour[3]])
     }
 
+    /// By how much a colour of this strength grows: the less the stronger it is, so that what is pale gains most and
+    /// skin does not burn. It falls by the same share for all.
+    fn strength(&self, chroma: f64) -> f64 {
+        if self.chroma <= 1.0 {
+            return self.chroma;
+        }
+        1.0 + (self.chroma - 1.0) * (1.0 - chroma / STRONG).max(0.0)
+    }
+
     /// All but the palette.
     fn toned(&self, mut colour: Rgba) -> Rgba {
         if self.is_perceptual() {
@@ -149,7 +161,10 @@ impl Grade {
                     let (dark, light) = (lab::of(dark.0), lab::of(light.0));
                     std::array::from_fn(|c| dark[c] + lightness / 100.0 * (light[c] - dark[c]))
                 }
-                None => [lightness, self.chroma * a, self.chroma * b],
+                None => {
+                    let share = self.strength((a * a + b * b).sqrt());
+                    [lightness, share * a, share * b]
+                }
             };
             let [r, g, b] = lab::to_rgb(within(toned));
             colour = [r, g, b, colour[3]];
