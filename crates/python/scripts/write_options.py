@@ -19,7 +19,7 @@ from os import PathLike
 from typing import Literal, TypedDict
 
 Colour = str | bool | tuple[int, int, int] | tuple[int, int, int, int]
-Text = str | int | float | tuple[float, ...]
+Text = str | int | float | PathLike[str] | tuple[float, ...] | tuple[str, ...]
 Path = str | PathLike[str]
 '''
 KINDS = {"flag": "bool", "int": "int", "float": "float", "colour": "Colour", "path": "Path", "text": "Text"}

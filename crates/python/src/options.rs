@@ -27,7 +27,7 @@ pub(crate) fn described() -> Vec<(String, String, &'static str, Vec<String>, boo
         Value::Whole => "int",
         Value::Real => "float",
         _ if option.unit == "COLOUR" => "colour",
-        _ if ["PATH", "FILE", ".json"].iter().any(|part| option.unit.contains(part)) => "path",
+        _ if ["PATH", "FILE", "FILE.json", "REPORT.json"].contains(&option.unit.as_str()) => "path",
         _ => "text",
     };
     let row = |option: &Described| {

@@ -22,6 +22,8 @@ LOOKS = {
     "interior": 0.2, "hex_density": 0.01, "max_points": 9, "default_points": 0, "thresholds": (0.5, 0.2, 0.1),
     "features": "sobel", "candidates": 0.2, "min_points": 3, "percentiles": (60, 20), "entropy_radius": 3,
     "diffusion_iterations": 3, "diffusion_kappa": 20.0, "diffusion_gamma": 0.1,
+    "fill": "linear", "contrast": 1.5, "chroma": 1.4, "duotone": "navy,#ffe8c0", "palette": 5, "shape": "polygons",
+    "focus": "50%,40%,20%",
 }
 #: What else an option needs to have an effect.
 WITH = {
