@@ -39,8 +39,13 @@ pub(crate) fn advised(mut error: Error, command: &Command, arguments: &[OsString
 /// For a file in the place of a command.
 fn suggest_render(error: &mut Error, arguments: &[OsString]) {
     let Some(word) = text_of(error, ContextKind::InvalidSubcommand) else { return };
-    let path = Path::new(&word);
-    let is_input = path.exists() || path.extension().is_some() || word.contains(['*', '/', '%']);
+    suggest_render_of(error, OsStr::new(&word), arguments);
+}
+
+fn suggest_render_of(error: &mut Error, word: &OsStr, arguments: &[OsString]) {
+    let path = Path::new(word);
+    let text = word.to_string_lossy();
+    let is_input = path.exists() || path.extension().is_some() || text.contains(['*', '/', '%']);
     if !is_input {
         return;
     }
@@ -82,6 +87,11 @@ fn suggest_option(error: &mut Error, command: &Command, arguments: &[OsString]) 
     error.remove(ContextKind::Suggested);
     error.remove(ContextKind::SuggestedArg);
     let called = arguments.iter().skip(1).find_map(|word| command.find_subcommand(word));
+    let options_first = called.is_none() && arguments.len() > 2;
+    if let Some(input) = arguments.last().filter(|_| options_first) {
+        // Such as `polyreel -o out.png picture.png`.
+        return suggest_render_of(error, input, arguments);
+    }
     let options = called.unwrap_or(command).get_arguments();
     let names: Vec<&str> = options.filter_map(|option| option.get_long()).collect();
     if given[1..].starts_with(|c: char| c.is_ascii_digit()) {

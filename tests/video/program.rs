@@ -81,6 +81,10 @@ fn video_goes_to_every_container_with_its_times_and_sound() {
         let (_, own) = sound_of(&dir, output);
         assert!((own - end).abs() <= 0.05, "{output}: {own} s of sound, not {end}");
     }
+    let refused = run(&dir, "render in.mp4 -o no.mp4 --crf 99");
+    let words = said(&refused);
+    assert_eq!(refused.status.code(), Some(2), "{words}");
+    assert!(words.contains("--crf 99 is out of range") && words.contains("to 51"), "{words}");
     done(&dir, "render in.mp4 -o mute.mp4 --no-audio --codec h265 --crf 30 --encoder-preset fast");
     assert_eq!(ask(&dir.path().join("mute.mp4"), "", "stream=codec_name"), ["hevc"]);
     done(&dir, "render in.mp4 -o out.gif");

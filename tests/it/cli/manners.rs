@@ -129,6 +129,7 @@ fn a_file_in_place_of_a_command_suggests_the_command() {
         ("a/dance.gif --points 90", "polyreel render a/dance.gif --points 90 -o dance-lowpoly.gif"),
         ("clip.mp4", "polyreel render clip.mp4 -o clip-lowpoly.mp4"),
         ("in.jpg -o out.png", "polyreel render in.jpg -o out.png"),
+        ("-o out.png in.jpg", "polyreel render -o out.png in.jpg"),
         ("shots/*.png", "polyreel render 'shots/*.png' -o out/"),
     ] {
         let said = answer(&folder, line);

@@ -40,7 +40,8 @@ class LookOptions(TypedDict, total=False):
     """How triangles meet: smooth, a step spread over two pixels, or hard; GIFs always have hard edges [default:
     smooth]"""
     outline: Colour | None
-    """Draw the edges of the mesh, in black or in COLOUR (white, #802040) [default: none]"""
+    """Draw the edges of the mesh, in black or in COLOUR (white, #802040); --outline-width and --outline-contrast
+    draw them, too [default: none]"""
     outline_width: int | None
     """Width of the outline in pixels, 1 to 32 [default: 1]"""
     outline_contrast: int | None
