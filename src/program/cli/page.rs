@@ -6,7 +6,7 @@ use clap::{Arg, Command};
 const LONG: [&str; 4] = ["render", "preview", "inspect", "evaluate"];
 
 /// The options on the page, and their lines.
-const PAGE: [(&str, &str); 24] = [
+const PAGE: [(&str, &str); 27] = [
     ("output", "What to write: out.png, out.gif, out.mp4, out/ for pictures, - for y4m"),
     ("overwrite", "Replace an output that is there already"),
     ("batch", "Each input by itself, to a folder; names stay"),
@@ -16,16 +16,19 @@ const PAGE: [(&str, &str); 24] = [
     ("max-size", "Shrink the input until its longest side has at most PX pixels"),
     ("scale", "Draw at S times the size, crisp"),
     ("crf", "Quality of video, smaller is better"),
-    ("no-audio", "Leave the sound out"),
     ("preset", "A look by its name (polyreel presets lists them), or from a file"),
     ("points", "How many: a count (800), a share of the pixels (1.5%), or auto"),
     ("quality", "How much work goes into it"),
     ("seed", "Another picture by chance"),
     ("coherence", "How firmly frames hold together, 0 to 1 (least flicker)"),
     ("regularity", "How well-shaped triangles are, 0 to 1"),
-    ("outline", "Draw lines between triangles, in black or in COLOUR (white, #802040)"),
+    ("outline", "Draw lines between triangles, black or COLOUR (gold, #802040)"),
     ("outline-width", "How wide the lines are"),
     ("saturation", "How strong colours are, 0 (grey) to 4"),
+    ("fill", "Colours of triangles: flat, or otherwise"),
+    ("shape", "Triangles, panes of like colour, or cells"),
+    ("palette", "So many colours, or these: 12, #102030,gold,white, or a file"),
+    ("focus", "Where more points go: a mask picture, X,Y,R, or saliency"),
     ("loop", "Let the end lead into the beginning"),
     ("budget", "Time for each frame: 33ms, 0.5s, or auto"),
     ("preview", "Show the render in a window as it goes"),

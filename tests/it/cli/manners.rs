@@ -37,8 +37,9 @@ fn the_outline_takes_its_colour_as_a_word_of_its_own() {
     folder.run("render in.png -o equals.png --outline=white").success();
     assert!(folder.read("word.png") == folder.read("equals.png"));
     folder.run("render in.png -o black.png --outline").success();
-    let said = answer(&folder, "render in.png -o no.png --outline gold");
-    assert!(said.contains("'gold' is not a colour") && said.contains("yellow"), "{said}");
+    folder.run("render in.png -o gold.png --outline gold").success();
+    let said = answer(&folder, "render in.png -o no.png --outline blurple");
+    assert!(said.contains("'blurple' is not a colour") && said.contains("yellow"), "{said}");
 }
 
 #[test]
@@ -104,7 +105,7 @@ fn misspelt_words_get_a_suggestion() {
         ("presets crytal", "did you mean 'crystal'?"),
         ("render in.png -o o.png --quality high", "a similar value exists: 'best'"),
         ("render in.png -o o.png --quality Nromal", "a similar value exists: 'normal'"),
-        ("render in.png -o o.png --contrast 3", "--outline-contrast"),
+        ("render in.png -o o.png --width 3", "--outline-width"),
         ("render in.png -o o.png --outlne", "--outline"),
         ("render in.png -o o.png -points 3", "--points"),
         ("rendr in.png -o o.png", "render"),

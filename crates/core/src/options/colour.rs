@@ -12,8 +12,8 @@ use crate::frame::Rgba;
 )]
 pub struct Colour(pub Rgba);
 
-/// The sixteen colour names of HTML 4, and `transparent`.
-const COLOUR_NAMES: [(&str, Rgba); 17] = [
+/// The sixteen colour names of HTML 4, and the most used others of CSS.
+const COLOUR_NAMES: [(&str, Rgba); 35] = [
     ("black", [0, 0, 0, 255]),
     ("silver", [192, 192, 192, 255]),
     ("gray", [128, 128, 128, 255]),
@@ -30,6 +30,24 @@ const COLOUR_NAMES: [(&str, Rgba); 17] = [
     ("blue", [0, 0, 255, 255]),
     ("teal", [0, 128, 128, 255]),
     ("aqua", [0, 255, 255, 255]),
+    ("grey", [128, 128, 128, 255]),
+    ("orange", [255, 165, 0, 255]),
+    ("gold", [255, 215, 0, 255]),
+    ("pink", [255, 192, 203, 255]),
+    ("brown", [165, 42, 42, 255]),
+    ("cyan", [0, 255, 255, 255]),
+    ("magenta", [255, 0, 255, 255]),
+    ("violet", [238, 130, 238, 255]),
+    ("indigo", [75, 0, 130, 255]),
+    ("coral", [255, 127, 80, 255]),
+    ("crimson", [220, 20, 60, 255]),
+    ("turquoise", [64, 224, 208, 255]),
+    ("salmon", [250, 128, 114, 255]),
+    ("beige", [245, 245, 220, 255]),
+    ("ivory", [255, 255, 240, 255]),
+    ("tan", [210, 180, 140, 255]),
+    ("khaki", [240, 230, 140, 255]),
+    ("lavender", [230, 230, 250, 255]),
     ("transparent", [0, 0, 0, 0]),
 ];
 
