@@ -72,7 +72,7 @@ fn mutated_videos_are_refused_or_rendered() {
 
 /// Renders `name` in `work`, every other one with what can be kept. What is wrong with how that ended.
 fn tried(work: &TempDir, made: &TempDir, name: &str, n: u64) -> Result<(), String> {
-    let more = if n % 2 == 0 { "--allow-truncated" } else { "" };
+    let more = if n.is_multiple_of(2) { "--allow-truncated" } else { "" };
     // A video that claims to have many frames, or large ones, takes its time.
     let line = format!("render {name} -o out.gif --points 30 --frames 12 --max-size 64 {more}");
     let said = made.path().join("said");
