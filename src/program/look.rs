@@ -96,7 +96,7 @@ pub(crate) struct LookArgs {
     duotone: Option<Duotone>,
     /// The colours that the picture may have: a number of them, learned from the first frame and kept; a list
     /// (#102030,gold,white); or a file of them, .gpl or .hex [default: none]
-    #[arg(long, value_name = "N|COLOURS|FILE", value_parser = palette)]
+    #[arg(long, value_name = "N|COLOURS|NAME.gpl", value_parser = palette)]
     palette: Option<Palette>,
     #[arg(long, value_name = "NAME", value_parser = one_of(Shape::ALL, Shape::name), help = with_default(
         "What is filled and outlined together: triangles, polygons (panes of like colour), or the cells of a \
