@@ -15,6 +15,8 @@ plan=$(realpath "$1") output=$2
 shift 2
 polyreel=${POLYREEL:-polyreel}
 
+# A log of jobs of another plan says nothing.
+[[ ! $plan -nt $plan.jobs ]] || rm -f "$plan.jobs"
 last=$(($(grep -c '^{"chunk":' "$plan") - 1))
 seq 0 "$last" | parallel --joblog "$plan.jobs" --resume-failed --retries 3 --workdir "$(dirname "$plan")" "$@" \
     "$polyreel" render --quiet --threads "${THREADS:-1}" --plan "$plan" --chunk '{}'
