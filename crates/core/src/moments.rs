@@ -41,10 +41,10 @@ impl Moments {
         let mut sums = [0u32; 3];
         let mut turned = [0u64; 3];
         for (i, pixel) in row.iter().enumerate() {
-            for c in 0..3 {
+            (0..3).for_each(|c| {
                 sums[c] += u32::from(pixel[c]);
                 turned[c] += i as u64 * u64::from(pixel[c]);
-            }
+            });
         }
         self.add_run(x, y, row.len() as i64, sums.map(i64::from), turned.map(|sum| sum as i64));
     }
@@ -61,11 +61,11 @@ impl Moments {
         self.spread[0] += n * x * x + 2 * x * first + second;
         self.spread[1] += sum_x * y;
         self.spread[2] += n * y * y;
-        for c in 0..3 {
+        (0..3).for_each(|c| {
             self.colour[c] += sums[c];
             self.turned[0][c] += x * sums[c] + turned[c];
             self.turned[1][c] += y * sums[c];
-        }
+        });
     }
 
     fn add_weighted(&mut self, row: &[Rgba], x: i64, y: i64) {
@@ -77,12 +77,12 @@ impl Moments {
             self.spread[0] += w * x * x;
             self.spread[1] += w * x * y;
             self.spread[2] += w * y * y;
-            for c in 0..3 {
+            (0..3).for_each(|c| {
                 let value = w * i64::from(pixel[c]);
                 self.colour[c] += value;
                 self.turned[0][c] += value * x;
                 self.turned[1][c] += value * y;
-            }
+            });
         }
     }
 

@@ -69,9 +69,8 @@ fn sites(mesh: &Mesh) -> Vec<Site> {
             let (dx, dy) = (i64::from(p.x - centre.x), i64::from(p.y - centre.y));
             dx * dx + dy * dy < i64::from(CLOSEST).pow(2)
         };
-        let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (i + dx, j + dy)));
-        let crowded =
-            around.into_iter().any(|cell| taken.get(&cell).is_some_and(|p| p.iter().any(near)));
+        let mut around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (i + dx, j + dy)));
+        let crowded = around.any(|cell| taken.get(&cell).is_some_and(|p| p.iter().any(near)));
         if !crowded && inside(centre.x, far.x) && inside(centre.y, far.y) {
             taken.entry((i, j)).or_default().push(centre);
             sites.push((centre, name(ids.map(|v| mesh.ids[v as usize]))));

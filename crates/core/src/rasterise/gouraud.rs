@@ -67,19 +67,19 @@ impl Part {
         let sums = [[n, x, y], [x, xx, xy], [y, xy, yy]];
         let weights = weights(triangle, from);
         let mut part = Self::default();
-        for i in 0..3 {
-            for j in 0..3 {
+        (0..3).for_each(|i| {
+            (0..3).for_each(|j| {
                 for (p, row) in sums.iter().enumerate() {
                     for (q, sum) in row.iter().enumerate() {
                         part.mixed[i][j] += weights[i][p] * sum * weights[j][q];
                     }
                 }
-            }
-            for c in 0..3 {
+            });
+            (0..3).for_each(|c| {
                 let sums = [colour[c], turned[0][c], turned[1][c]];
                 part.colours[i][c] = (0..3).map(|p| weights[i][p] * sums[p] as f64).sum();
-            }
-        }
+            });
+        });
         part
     }
 }
@@ -143,10 +143,10 @@ fn solve(mesh: &Mesh, parts: &[Part], fills: &[Fill]) -> Vec<[f64; 3]> {
         let step: [f64; 3] =
             std::array::from_fn(|c| if along[c] > 0.0 { energy[c] / along[c] } else { 0.0 });
         for (v, way) in way.iter().enumerate() {
-            for c in 0..3 {
+            (0..3).for_each(|c| {
                 colours[v][c] += step[c] * way[c];
                 residual[v][c] -= step[c] * turned[v][c];
-            }
+            });
         }
         scaled = ahead(&residual);
         let next = dot(&residual, &scaled);

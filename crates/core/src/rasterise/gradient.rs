@@ -54,9 +54,9 @@ impl Gradient {
 
     /// Shifted so that it has the colour `to` where it had `from`.
     pub(super) fn shift(&mut self, from: Rgba, to: Rgba) {
-        for c in 0..3 {
+        (0..3).for_each(|c| {
             self.base[c] += (i64::from(to[c]) - i64::from(from[c])) << SHIFT;
-        }
+        });
     }
 
     /// Fills `row`, pixels of row `y` from column `x` on.

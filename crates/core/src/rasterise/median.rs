@@ -51,9 +51,9 @@ fn median(frame: &Frame, triangle: [Point; 3], last: Option<(Rgba, u32)>) -> Opt
         for pixel in &frame.row(y)[columns] {
             let seen = u32::from(pixel[3] >= SEEN);
             all += seen;
-            for c in 0..3 {
+            (0..3).for_each(|c| {
                 counts[c][pixel[c] as usize] += seen;
-            }
+            });
         }
     });
     if all == 0 {

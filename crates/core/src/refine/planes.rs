@@ -40,11 +40,11 @@ impl RowPlanes {
             let mut sum = [0u32; 6];
             for (x, (out, pixel)) in (0u32..).zip(sums.iter_mut().zip(row)) {
                 *out = sum;
-                for c in 0..3 {
+                (0..3).for_each(|c| {
                     let value = u32::from(pixel[c]);
                     sum[c] += value;
                     sum[c + 3] = sum[c + 3].wrapping_add(x * value);
-                }
+                });
             }
             sums[row.len()] = sum;
         });
@@ -59,12 +59,12 @@ impl RowPlanes {
                 let end = columns.end.min(first + LONGEST);
                 let (from, to) = (row[first], row[end]);
                 let (mut sums, mut turned) = ([0; 3], [0; 3]);
-                for c in 0..3 {
+                (0..3).for_each(|c| {
                     let sum = to[c] - from[c];
                     let weighted = to[c + 3].wrapping_sub(from[c + 3]);
                     sums[c] = i64::from(sum);
                     turned[c] = i64::from(weighted.wrapping_sub((first as u32).wrapping_mul(sum)));
-                }
+                });
                 let (x, y) = (first as i64 - origin[0], i64::from(y) - origin[1]);
                 all.add_run(x, y, (end - first) as i64, sums, turned);
             }
