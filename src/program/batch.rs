@@ -24,7 +24,8 @@ use crate::program::progress::TICK;
 use crate::program::render::{render_to, tell};
 use crate::program::{Outcome, terminal};
 
-/// Whether `args`, which are no sequence, ask for a batch without saying so: stills of several sizes to a folder.
+/// Whether `args`, which are no sequence, ask for a batch without saying so: pictures of several sizes, or animations
+/// among them, to a folder.
 pub(crate) fn is_meant(args: &RenderArgs, output: &OsStr) -> bool {
     let run = &args.run;
     if run.report.is_some() || run.replay.is_some() || run.preview || !is_folder(output) {
@@ -33,12 +34,13 @@ pub(crate) fn is_meant(args: &RenderArgs, output: &OsStr) -> bool {
     let Ok(files) = source::files(&args.input.inputs) else { return false };
     let wanted = SourceOptions { max_size: None, ..args.input.options(Processes::default()) };
     let pictures = files.iter().filter(|file| is_called_picture(file));
-    let sizes: HashSet<(u32, u32)> = pictures
+    let opened: Vec<StreamInfo> = pictures
         .filter_map(|file| source::open(&[file], &wanted).ok())
-        .filter(|input| input.info().still)
-        .map(|input| (input.info().size.width, input.info().size.height))
+        .map(|input| input.info().clone())
         .collect();
-    sizes.len() > 1
+    let Some(first) = opened.first() else { return false };
+    opened.iter().any(|info| info.size != first.size)
+        || (files.len() > 1 && opened.iter().any(|info| !info.still))
 }
 
 /// Renders every input to a file of its name in the folder `output`. One that fails is reported, and the others are

@@ -105,7 +105,7 @@ pub(crate) struct RenderArgs {
     #[arg(short, long, value_name = "OUTPUT", help_heading = "Output")]
     pub(crate) output: Option<OsString>,
     /// Render each input by itself, to a folder, under its own name; what cannot be read is reported and passed over.
-    /// Understood by itself where pictures of several sizes go to a folder
+    /// Understood by itself where pictures of several sizes, or animations among them, go to a folder
     #[arg(long, help_heading = "Output")]
     #[arg(conflicts_with_all = ["report", "replay", "preview", "plan", "resume", "sound"])]
     pub(crate) batch: bool,

@@ -86,6 +86,10 @@ fn animations_of_a_batch_stay_animations() {
     folder.run("render in -o out/").success();
     assert!(outputs(&folder).contains(&"out/dance.gif".to_owned()), "{:?}", outputs(&folder));
     assert_eq!(folder.delays("out/dance.gif"), [50, 70]);
+    // Of one size, too: no sequence has an animation in it.
+    folder.still("same.png", 48, 32);
+    folder.run("render same.png in/dance.gif -o both").success();
+    assert!(folder.listing().contains(&"both/same.png".to_owned()), "{:?}", folder.listing());
 }
 
 #[test]
