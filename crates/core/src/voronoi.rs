@@ -32,6 +32,9 @@ impl HasPosition for Numbered {
     }
 }
 
+/// A triangle at a centre: from which neighbour to which it goes, and the middle of its circle.
+type Wedge = (u32, u32, (f64, f64));
+
 /// A centre: its place and what it is known by.
 type Site = (Point, u64);
 
@@ -161,7 +164,7 @@ fn polygons(size: Size, sites: &[Site]) -> Vec<Vec<Point>> {
         .collect();
     Mesh::canonicalise(&mut triangles);
     // For each site the triangles around it: from which neighbour to which, and the middle of the circle.
-    let mut around: Vec<Vec<(u32, u32, (f64, f64))>> = vec![Vec::new(); sites.len()];
+    let mut around: Vec<Vec<Wedge>> = vec![Vec::new(); sites.len()];
     for &[a, b, c] in &triangles {
         let middle = circumcentre([a, b, c].map(|v| at[v as usize]));
         for (site, from, to) in [(a, b, c), (b, c, a), (c, a, b)] {
@@ -174,7 +177,7 @@ fn polygons(size: Size, sites: &[Site]) -> Vec<Vec<Point>> {
 }
 
 /// The middles in the order of their triangles.
-fn ring(wedges: &[(u32, u32, (f64, f64))]) -> Vec<(f64, f64)> {
+fn ring(wedges: &[Wedge]) -> Vec<(f64, f64)> {
     let Some(&(first, mut next, middle)) = wedges.first() else { return Vec::new() };
     let mut ring = vec![middle];
     while next != first && ring.len() <= wedges.len() {
