@@ -21,7 +21,7 @@ fn packet(kind: u8, payload: &[u8]) -> Vec<u8> {
 
 fuzz_target!(|bytes: &[u8]| {
     let mut stream = MAGIC.to_vec();
-    stream.extend([1, 0, 0, 0, 64, 0, 0, 0, 48, 0, 0, 0]);
+    stream.extend([2, 0, 2, 0, 64, 0, 0, 0, 48, 0, 0, 0]);
     stream.append(&mut packet(b'H', b"rate=25\n"));
     // Two frames at the time 0/1, of unknown length.
     let time: Vec<u8> = [0i64, 1, 0, 0].iter().flat_map(|word| word.to_le_bytes()).collect();

@@ -19,7 +19,6 @@ use polyreel::sink::ffmpeg::VideoOptions;
 use polyreel::sink::repainted::Repainted;
 use polyreel::sink::{self, Sink, SinkOptions};
 use polyreel::source::Sound;
-use polyreel::source::mesh_stream::is_mesh_stream;
 use polyreel::source::{self, Input, SourceOptions};
 use polyreel::stage::Stage;
 use polyreel::stream::{StreamInfo, is_hdr};
@@ -97,12 +96,6 @@ pub(crate) fn render_to(
     interrupt: &Interrupt,
     watcher: &mut dyn Watcher,
 ) -> Result<()> {
-    if let [one] = inputs
-        && is_mesh_stream(one)
-    {
-        return repaint(args, one, output, stop, interrupt, watcher);
-    }
-    let mut options = args.look.options()?;
     let (to_video, to_gif) = (is_video(output), has_extension(output, "gif"));
     let wanted = SourceOptions {
         looped: args.run.looped,
@@ -110,7 +103,12 @@ pub(crate) fn render_to(
         browser_delays: !to_gif,
         ..args.input.options(interrupt.processes())
     };
-    let input = source::open(inputs, &wanted)?;
+    let input = source::open(inputs, &wanted);
+    if let Some(meshes) = input.as_ref().ok().and_then(Input::take_meshes) {
+        return repaint(args, meshes, output, stop, interrupt, watcher);
+    }
+    let mut options = args.look.options()?;
+    let input = input?;
     let info = input.info().clone();
     if info.still {
         // Nothing comes after it: --refine STEPS means just so many.
@@ -259,6 +257,8 @@ pub(crate) fn write_options(args: &RenderArgs, interrupt: &Interrupt) -> Result<
         background: args.write.background.map_or(defaults.background, |colour| colour.0),
         video: args.video.options(&args.input, interrupt.processes())?,
         seams: args.write.svg_seams,
+        grid: args.write.vertex_grid,
+        colour_error: args.write.colour_error,
         folder_format: args.write.format.clone(),
         unfinished: interrupt.unfinished(),
         ..defaults

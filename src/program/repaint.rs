@@ -1,7 +1,6 @@
 //! `polyreel render` of a mesh stream: painted anew, without its source.
 
 use std::ffi::OsStr;
-use std::path::Path;
 
 use polyreel::error::{Error, Result};
 use polyreel::frame::Rational;
@@ -16,10 +15,10 @@ use crate::program::embed::Watcher;
 use crate::program::interrupt::Interrupt;
 use crate::program::render::{Frames, bytes_of, record_of, sound};
 
-/// Renders the mesh stream `input` to `output`, as [`render_for`](super::render::render_for) does other inputs.
+/// Renders the mesh stream `source` to `output`, as [`render_for`](super::render::render_for) does other inputs.
 pub(crate) fn repaint(
     args: &RenderArgs,
-    input: &OsStr,
+    source: MeshSource,
     output: &OsStr,
     stop: &Stop,
     interrupt: &Interrupt,
@@ -31,7 +30,11 @@ pub(crate) fn repaint(
             "--budget, --replay, --loop and --preview are for inputs that become a mesh; a mesh stream is one",
         ));
     }
-    let source = MeshSource::open(Path::new(input))?;
+    if args.input.max_size.is_some() {
+        return Err(Error::usage(
+            "--max-size is for inputs that become a mesh; a mesh stream is painted at any size: --scale",
+        ));
+    }
     let scale = args.write.scale.unwrap_or(1.0);
     let look = Repainted::look_at(&args.look.repaint(&source.look())?, scale);
     let part = Part {
@@ -41,7 +44,7 @@ pub(crate) fn repaint(
     };
     let info = info_of_part(source.info(), &part);
     let info = StreamInfo { size: args.write.scaled(info.size)?, ..info };
-    let inputs = if input == "-" { Vec::new() } else { vec![input.into()] };
+    let inputs: Vec<_> = source.path().map(Into::into).into_iter().collect();
     let record = record_of(args, &inputs, output, interrupt)?;
     let options = SinkOptions {
         inputs,

@@ -34,8 +34,8 @@ impl Facets {
         grade.graded(&self.mesh, &self.colours)
     }
 
-    /// The edges along which `look` draws lines.
-    pub(super) fn outlined(&self, look: &Options) -> Vec<[u32; 2]> {
+    /// The edges along which `look` has lines, by the colours of the lines.
+    pub(super) fn outlined(&self, look: &Options) -> Vec<(Rgba, Vec<[u32; 2]>)> {
         outlined(&self.mesh, &self.colours, look)
     }
 }

@@ -1,9 +1,11 @@
-//! The mesh stream, `.polyreel`.
+//! The mesh stream, `.polyreel`, and the page that plays one, `.html`.
 
-use std::io::{BufWriter, Write};
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use super::facets::Facets;
+use super::html::Page;
 use super::place::Place;
 use super::still::nothing;
 use super::{Needs, Origin, Picture, Sink, SinkOptions};
@@ -11,33 +13,84 @@ use crate::error::{Error, Result};
 use crate::frame::Buffers;
 use crate::look;
 use crate::mesh_stream::{Header, MeshWriter, Time};
+use crate::options::Options;
+use crate::rasterise::Grade;
 use crate::stream::{Loops, StreamInfo};
 
-/// A mesh stream being written to a file.
-#[derive(Debug)]
-pub(crate) struct MeshSink {
-    place: Place,
-    file: BufWriter<std::fs::File>,
-    writer: MeshWriter,
-    written: u64,
+/// What a stream is written to.
+pub(super) trait Body: Write {
+    /// Writes what comes after the stream, and all that waits.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    fn end(self) -> io::Result<()>;
 }
 
-impl MeshSink {
+impl Body for BufWriter<File> {
+    fn end(mut self) -> io::Result<()> {
+        self.flush()
+    }
+}
+
+/// A mesh stream being written to a file.
+pub(crate) struct MeshSink<B> {
+    place: Place,
+    body: B,
+    writer: MeshWriter,
+    written: u64,
+    /// Grades colours before they are written, for readers that do not.
+    grade: Option<Grade>,
+}
+
+impl MeshSink<BufWriter<File>> {
     /// A stream at `output`, made from the stream `info`.
     ///
     /// # Errors
     /// As [`Place::reserve`], and when its first bytes cannot be written.
     pub(crate) fn create(output: &Path, info: &StreamInfo, options: &SinkOptions) -> Result<Self> {
+        Self::begin(output, info, options, |file| Ok(BufWriter::new(file)))
+    }
+}
+
+impl MeshSink<Page> {
+    /// A page at `output`, made from the stream `info`.
+    ///
+    /// # Errors
+    /// As [`MeshSink::create`].
+    pub(crate) fn page(output: &Path, info: &StreamInfo, options: &SinkOptions) -> Result<Self> {
+        let look = &options.look;
+        let plain = Options {
+            edges: look.edges,
+            outline: look.line_colour(),
+            outline_width: look.outline_width,
+            outline_contrast: look.outline_contrast,
+            ..Options::default()
+        };
+        let grade = Grade::of(look);
+        let plain = SinkOptions { look: plain, ..options.clone() };
+        let sink = Self::begin(output, info, &plain, |file| Page::begin(file, info, options))?;
+        Ok(Self { grade: Some(grade), ..sink })
+    }
+}
+
+impl<B: Body> MeshSink<B> {
+    fn begin(
+        output: &Path,
+        info: &StreamInfo,
+        options: &SinkOptions,
+        body: impl FnOnce(File) -> io::Result<B>,
+    ) -> Result<Self> {
         let place = Place::reserve(output, options)?;
-        let file = place.file().try_clone().map_err(|error| place.failed(&error))?;
-        let (writer, bytes) = MeshWriter::new(info.size, &header(info, options));
-        let mut sink = Self { place, file: BufWriter::new(file), writer, written: 0 };
+        let body = place.file().try_clone().and_then(body).map_err(|error| place.failed(&error))?;
+        let (writer, bytes) = MeshWriter::new(info.size, options.grid, &header(info, options));
+        let writer = writer.with_colour_error(options.colour_error);
+        let mut sink = Self { place, body, writer, written: 0, grade: None };
         sink.put(&bytes)?;
         Ok(sink)
     }
 
     fn put(&mut self, bytes: &[u8]) -> Result<()> {
-        self.file.write_all(bytes).map_err(|error| self.place.failed(&error))
+        self.body.write_all(bytes).map_err(|error| self.place.failed(&error))
     }
 }
 
@@ -81,13 +134,18 @@ fn header(info: &StreamInfo, options: &SinkOptions) -> Header {
     header
 }
 
-impl Sink for MeshSink {
+impl<B: Body + Send> Sink for MeshSink<B> {
     fn needs(&self) -> Needs {
         Needs { origin: true, plain: true, ..Needs::default() }
     }
 
     fn write(&mut self, picture: Picture, origin: Option<Origin>) -> Result<Buffers> {
-        let Facets { mesh, colours, span } = Facets::of(picture, origin)?;
+        let facets = Facets::of(picture, origin)?;
+        let colours = match &mut self.grade {
+            Some(grade) => facets.graded(grade),
+            None => facets.colours,
+        };
+        let (mesh, span) = (facets.mesh, facets.span);
         let time = Time { start: span.start, length: span.length };
         let frame = self.writer.frame(&mesh, &colours, time);
         let bytes = frame.map_err(|fault| Error::output(self.place.named(), fault.to_string()))?;
@@ -97,11 +155,11 @@ impl Sink for MeshSink {
     }
 
     fn finish(self: Box<Self>) -> Result<()> {
-        let Self { place, mut file, writer, written } = *self;
+        let Self { place, mut body, writer, written, .. } = *self;
         if written == 0 {
             return Err(nothing(place.named()));
         }
-        let done = file.write_all(&writer.finish()).and_then(|()| file.flush());
+        let done = body.write_all(&writer.finish()).and_then(|()| body.end());
         done.map_err(|error| place.failed(&error))?;
         place.commit()
     }

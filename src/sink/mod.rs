@@ -9,8 +9,10 @@ pub mod ffmpeg;
 #[path = "no_ffmpeg.rs"]
 pub mod ffmpeg;
 mod gif;
+mod html;
 mod mesh_stream;
 mod null;
+mod one_mesh;
 mod palette;
 pub mod place;
 mod planes;
@@ -21,7 +23,6 @@ pub mod repainted;
 mod sound;
 mod spec;
 mod still;
-mod svg;
 #[cfg(feature = "ffmpeg")]
 mod tags;
 mod unfinished;
@@ -37,6 +38,7 @@ use crate::colour::Form;
 use crate::error::{Error, Result};
 use crate::frame::{Buffers, Fill, Frame, Rgba};
 use crate::mesh::Mesh;
+use crate::mesh_stream::Grid;
 use crate::options::{Edges, FillMode, Options};
 use crate::pattern::Pattern;
 use crate::stream::{Loops, Span, StreamInfo};
@@ -172,6 +174,10 @@ pub struct SinkOptions {
     pub look: Options,
     /// How gaps between the triangles of an SVG are avoided. Default: underlap.
     pub seams: Seams,
+    /// Where vertices of a mesh stream stand. Default: where they are, nothing is lost.
+    pub grid: Grid,
+    /// By how much its colours may be off, of 255. Default: 0.
+    pub colour_error: u8,
     /// The extension of the pictures that go to a folder. Default: `png`.
     pub folder_format: Option<String>,
     /// The list that temporary files are entered in until they are complete. Default: a list of its own.
@@ -192,6 +198,8 @@ impl Default for SinkOptions {
             sound: None,
             look: Options::default(),
             seams: Seams::default(),
+            grid: Grid::default(),
+            colour_error: 0,
             folder_format: None,
             unfinished: Unfinished::default(),
             durable: false,
@@ -235,13 +243,20 @@ pub fn create(
         }
         return Ok(Box::new(still::Still::create(path, format, options)?));
     }
-    match extension {
-        "svg" if info.still || info.frames == Some(1) => {
-            Ok(Box::new(svg::SvgStill::create(path, options)?))
+    let is_one = info.still || info.frames == Some(1);
+    if let Some(format) = one_mesh::Format::of_extension(extension)
+        && (is_one || format != one_mesh::Format::Svg)
+    {
+        if !is_one {
+            return Err(one_picture_for_many(path, info));
         }
+        return Ok(Box::new(one_mesh::MeshStill::create(path, format, options)?));
+    }
+    match extension {
         "polyreel" => Ok(Box::new(mesh_stream::MeshSink::create(path, info, options)?)),
+        "html" | "htm" => Ok(Box::new(mesh_stream::MeshSink::page(path, info, options)?)),
         "usda" => Ok(Box::new(usd::UsdSink::create(path, info, options)?)),
-        "svg" => Ok(Box::new(svg::SvgAnimation::create(path, info, options)?)),
+        "svg" => Ok(Box::new(one_mesh::SvgAnimation::create(path, info, options)?)),
         "gif" => Ok(Box::new(gif::Gif::create(path, info, options)?)),
         "y4m" => Ok(Box::new(y4m::Y4mFile::create(path, info, options)?)),
         _ if Container::of(path).is_some() => {
@@ -257,8 +272,8 @@ pub fn create(
             path.display()
         ))),
         _ => Err(Error::usage(format!(
-            "{}: the name must end in what to write: {STILLS}, .gif, {VIDEOS}, .y4m, .polyreel, .usda; \
-             or name a folder (frames/), a pattern (frame_%04d.png), - for y4m on standard output, or \
+            "{}: the name must end in what to write: {STILLS}, .gif, {VIDEOS}, .y4m, .html, .polyreel, \
+             .usda; or name a folder (frames/), a pattern (frame_%04d.png), - for y4m on standard output, or \
              null: to write nothing",
             path.display()
         ))),
@@ -282,18 +297,18 @@ fn numbered(
     make: bool,
     options: &SinkOptions,
 ) -> Result<Box<dyn Sink>> {
-    let format = Format::of_extension(extension);
-    if format.is_none() && extension != "svg" {
+    if let Some(format) = one_mesh::Format::of_extension(extension) {
+        let series = Series::reserve(pattern, make, options)?;
+        return Ok(Box::new(one_mesh::MeshSeries::create(series, format, options)));
+    }
+    let Some(format) = Format::of_extension(extension) else {
         return Err(Error::usage(format!(
             "{}: numbered files are pictures; write {STILLS} after the pattern",
             output.display()
         )));
-    }
+    };
     let series = Series::reserve(pattern, make, options)?;
-    Ok(match format {
-        Some(format) => Box::new(still::Numbered::create(series, format, options)?),
-        None => Box::new(svg::SvgSeries::create(series, options)),
-    })
+    Ok(Box::new(still::Numbered::create(series, format, options)?))
 }
 
 /// The containers of video, in words.
@@ -308,7 +323,7 @@ fn no_video_of_a_still(path: &Path) -> Error {
 }
 
 /// The formats of stills, in words.
-const STILLS: &str = ".png, .jpg, .webp, .bmp, .tiff, .svg";
+const STILLS: &str = ".png, .jpg, .webp, .bmp, .tiff, .svg, .obj, .ply";
 
 fn one_picture_for_many(path: &Path, info: &StreamInfo) -> Error {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();

@@ -1,10 +1,11 @@
 //! Mesh streams as an input: as meshes for who paints them anew, as pictures for everybody else.
 
-use std::io::{self, BufRead, BufReader, IsTerminal, Read};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Cursor, IsTerminal, Read};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
-use super::{Decoded, Input, Source, detect};
+use super::{Decoded, Input, Source, detect, y4m};
 use crate::error::{Error, Result};
 use crate::frame::{Colorimetry, Frame, Rational};
 use crate::look;
@@ -32,16 +33,17 @@ pub struct MeshSource {
 }
 
 impl MeshSource {
-    /// Opens the stream at `path`, `-` for standard input.
+    /// Opens the stream in the file `path`.
     ///
     /// # Errors
     /// When it cannot be opened, or is no mesh stream.
     pub fn open(path: &Path) -> Result<Self> {
-        let input: Box<dyn Read + Send> = if path == Path::new("-") {
-            Box::new(io::stdin())
-        } else {
-            Box::new(BufReader::with_capacity(1 << 16, detect::open(path)?))
-        };
+        let file = BufReader::with_capacity(1 << 16, detect::open(path)?);
+        Self::new(Box::new(file), path)
+    }
+
+    /// Begins to read `input`, which is called `path` in messages.
+    fn new(input: Box<dyn Read + Send>, path: &Path) -> Result<Self> {
         let reader = MeshReader::new(input).map_err(|error| failed(path, None, error))?;
         let info = info(&reader);
         let painter = Painter::new(&look::of(reader.header()));
@@ -51,6 +53,11 @@ impl MeshSource {
     /// How it was painted when it was written.
     pub fn look(&self) -> Options {
         look::of(self.reader.header())
+    }
+
+    /// The file or pipe that is read, `None` for standard input.
+    pub fn path(&self) -> Option<&Path> {
+        Some(&*self.path).filter(|path| *path != Path::new("-"))
     }
 
     /// What its header tells.
@@ -133,44 +140,69 @@ fn fraction(text: &str) -> Option<Rational> {
     (den > 0 && num >= 0).then(|| Rational::new(num, den))
 }
 
+/// A stream that was opened, until somebody reads it: as pictures, or as meshes.
+pub(super) type Opened = Arc<Mutex<Option<MeshSource>>>;
+
+/// Takes what was opened; `None` the second time.
+pub(super) fn take(opened: &Opened) -> Option<MeshSource> {
+    // Nothing panics while it is locked.
+    opened.lock().ok()?.take()
+}
+
 /// Opens the mesh stream at `path` as an input.
 ///
 /// # Errors
 /// As [`MeshSource::open`].
 pub(crate) fn open(path: PathBuf) -> Result<Input> {
     let source = MeshSource::open(&path)?;
-    let (info, mut first) = (source.info.clone(), Some(source));
-    let paths = Arc::from([path.clone()]);
+    let (info, paths) = (source.info.clone(), Arc::from([path.clone()]));
+    let opened: Opened = Arc::new(Mutex::new(Some(source)));
+    let first = opened.clone();
     let start = move || {
-        Ok(Box::new(match first.take() {
+        Ok(Box::new(match take(&first) {
             Some(source) => source,
             None => MeshSource::open(&path)?,
         }) as Box<dyn Source>)
     };
-    Ok(Input::new(paths, info, start))
+    Ok(Input::new(paths, info, start).of_meshes(opened))
 }
 
 /// Opens the mesh stream on standard input; its header is read now.
 ///
 /// # Errors
-/// As [`MeshSource::open`].
+/// When it is no mesh stream.
 pub(crate) fn open_standard() -> Result<Input> {
-    let source = MeshSource::open(Path::new("-"))?;
-    let (info, mut first) = (source.info.clone(), Some(source));
-    let start = move || match first.take() {
+    let source = MeshSource::new(Box::new(io::stdin()), Path::new("-"))?;
+    Ok(piped(source, Arc::from([])))
+}
+
+/// Opens the named pipe `path`: a mesh stream, or y4m. Its header is read now.
+///
+/// # Errors
+/// When it is neither.
+pub(crate) fn open_pipe(path: PathBuf) -> Result<Input> {
+    let failed = |e: io::Error| Error::input(&path, format!("cannot be read: {e}")).caused_by(e);
+    let mut pipe = detect::open(&path)?;
+    let mut start = Vec::with_capacity(MAGIC.len());
+    Read::by_ref(&mut pipe).take(MAGIC.len() as u64).read_to_end(&mut start).map_err(failed)?;
+    let is_mesh_stream = start == MAGIC;
+    let input: io::Chain<Cursor<Vec<u8>>, File> = Cursor::new(start).chain(pipe);
+    if is_mesh_stream {
+        let input = Box::new(BufReader::with_capacity(1 << 16, input));
+        return Ok(piped(MeshSource::new(input, &path)?, Arc::from([path])));
+    }
+    y4m::open_pipe(input, path)
+}
+
+fn piped(source: MeshSource, paths: Arc<[PathBuf]>) -> Input {
+    let info = source.info.clone();
+    let opened: Opened = Arc::new(Mutex::new(Some(source)));
+    let first = opened.clone();
+    let start = move || match take(&first) {
         Some(source) => Ok(Box::new(source) as Box<dyn Source>),
         None => Err(Error::usage("a pipe can be read only once")),
     };
-    Ok(Input::new(Arc::from([]), info, start).once())
-}
-
-/// Whether `input` is a mesh stream, in a file or on standard input (`-`), by its first bytes, which stay there.
-pub fn is_mesh_stream(input: &std::ffi::OsStr) -> bool {
-    if input == "-" {
-        return waits_on_standard_input();
-    }
-    let path = Path::new(input);
-    path.is_file() && matches!(detect::detect(path), Ok(detect::Kind::MeshStream))
+    Input::new(paths, info, start).once().of_meshes(opened)
 }
 
 /// Whether a mesh stream waits on standard input. Nothing is taken from it.

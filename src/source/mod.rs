@@ -168,6 +168,8 @@ pub struct Input {
     sound: Option<Sound>,
     repeats: bool,
     warnings: Vec<String>,
+    /// The meshes behind its pictures, where it is a mesh stream.
+    meshes: Option<mesh_stream::Opened>,
     start: Starter,
 }
 
@@ -185,7 +187,15 @@ impl Input {
         start: impl FnMut() -> Result<Box<dyn Source>> + Send + 'static,
     ) -> Self {
         let repeats = !info.live;
-        Self { paths, info, sound: None, repeats, warnings: Vec::new(), start: Box::new(start) }
+        Self {
+            paths,
+            info,
+            sound: None,
+            repeats,
+            warnings: Vec::new(),
+            meshes: None,
+            start: Box::new(start),
+        }
     }
 
     /// The same for inputs that can be read only once: a pipe.
@@ -197,6 +207,17 @@ impl Input {
     pub(crate) fn with_warning(mut self, warning: Option<String>) -> Self {
         self.warnings.extend(warning);
         self
+    }
+
+    /// The same, of a mesh stream.
+    fn of_meshes(self, opened: mesh_stream::Opened) -> Self {
+        Self { meshes: Some(opened), ..self }
+    }
+
+    /// The meshes of a mesh stream, whole, to be read in place of its pictures. `None` of other inputs, and once
+    /// somebody has begun to read it.
+    pub fn take_meshes(&self) -> Option<mesh_stream::MeshSource> {
+        self.meshes.as_ref().and_then(mesh_stream::take)
     }
 
     /// The same with sound.
@@ -313,7 +334,8 @@ fn recognised(inputs: &[&OsStr], part: Option<Part>, options: &SourceOptions) ->
         },
         Kind::Picture(format) => sequence::open_still(path, format, options),
         Kind::MeshStream => within_memory(mesh_stream::open(path.clone())?, &path, options),
-        Kind::Y4m | Kind::Stream => within_memory(y4m::open(path.clone())?, &path, options),
+        Kind::Y4m => within_memory(y4m::open(path.clone())?, &path, options),
+        Kind::Stream => within_memory(mesh_stream::open_pipe(path.clone())?, &path, options),
         Kind::Other => {
             let picture = detect::is_called_picture(&path);
             let video = ffmpeg::open(path.clone(), options)

@@ -72,19 +72,24 @@ pub(crate) fn open_standard() -> Result<Input> {
     Ok(piped(Y4mSource::new(input, Path::new("-"))?, Arc::from([])))
 }
 
-/// Opens y4m in a file or a named pipe.
+/// Opens y4m that comes out of `pipe`, which is called `path`.
+///
+/// # Errors
+/// As [`Y4mSource::new`].
+pub(crate) fn open_pipe(pipe: impl Read + Send + 'static, path: PathBuf) -> Result<Input> {
+    let source = Y4mSource::new(pipe, &path)?;
+    Ok(piped(source, Arc::from([path])))
+}
+
+/// Opens y4m in a file.
 ///
 /// # Errors
 /// As [`Y4mSource::new`], and when it cannot be opened.
 pub(crate) fn open(path: PathBuf) -> Result<Input> {
     let file = detect::open(&path)?;
-    let repeats = file.metadata().is_ok_and(|facts| facts.is_file());
     let mut source = Y4mSource::new(file, &path)?;
     source.count_frames();
     let paths = Arc::from([path.clone()]);
-    if !repeats {
-        return Ok(piped(source, paths));
-    }
     let info = source.info.clone();
     // The first pass continues after the header, which has been read.
     let mut first = Some(source);

@@ -40,7 +40,8 @@
 //!
 //! 1. `geom`, `stage`, `error`, `simd`, `parallel`, `colour`, `frame`, `chance`
 //! 2. `plane`, `options`, `mesh`, `hex`, `residual`, `scan`, `moments`, `draw`, `flow`, `feature`, `focus`
-//! 3. `sample`, `triangulate`, `voronoi`, `refine`, `rasterise`, `governor`, `metric`, `chain`, `render`, `svg`, `mesh_stream`, `usd`
+//! 3. `sample`, `triangulate`, `voronoi`, `refine`, `rasterise`, `governor`, `metric`, `chain`, `render`, `svg`, `mesh_stream`,
+//!    `model`, `usd`
 
 // Without `unstable` parts that only other crates use, such as the governor, have no user here.
 #![cfg_attr(not(feature = "unstable"), allow(dead_code, unreachable_pub, unused_imports))]
@@ -60,6 +61,7 @@ mod hex;
 mod mesh;
 pub mod mesh_stream;
 mod metric;
+pub mod model;
 mod moments;
 mod options;
 mod parallel;
@@ -99,7 +101,7 @@ pub mod unstable {
         };
     }
     modules! {
-        chain chance colour draw error feature flow frame geom governor hex mesh mesh_stream metric options plane
+        chain chance colour draw error feature flow frame geom governor hex mesh mesh_stream metric model options plane
         rasterise refine render residual sample scan simd stage svg triangulate usd
     }
 }

@@ -8,7 +8,7 @@ use super::{Plan, Variant, over_white};
 use polyreel::error::{Error, Result};
 use polyreel::frame::Frame;
 use polyreel::geom::Size;
-use polyreel::mesh_stream::pack;
+use polyreel::mesh_stream::{Grid, pack};
 use polyreel::metric::mse::{mse, psnr};
 use polyreel::metric::ssim::{ssim, ssim_gaussian};
 use polyreel::options::{Method, Options};
@@ -148,7 +148,7 @@ fn scores(
     let rate = |points: usize| 100.0 - 100.0 * points as f64 / size.pixels() as f64;
     let seeds = rendered.mesh.seeds().len();
     let colours: Vec<_> = rendered.mesh.fills.iter().map(|fill| fill.colour).collect();
-    let packed = pack(&rendered.mesh, &colours);
+    let packed = pack(&rendered.mesh, &colours, Grid::EXACT);
     let mesh_bytes = packed.map_err(|fault| Error::failed(fault.to_string()))?.len();
     let reduction = |bytes: u64| 100.0 - 100.0 * mesh_bytes as f64 / bytes.max(1) as f64;
     Ok(MethodScores {

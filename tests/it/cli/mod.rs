@@ -11,6 +11,7 @@ mod limits;
 mod looks;
 mod manners;
 mod no_display;
+mod player;
 mod render;
 mod tell;
 mod vector;

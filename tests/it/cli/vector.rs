@@ -153,3 +153,70 @@ for time in times:
     let done = python(code, &folder).expect("it ran before");
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
 }
+
+#[test]
+fn a_page_holds_the_stream_and_nothing_from_elsewhere() {
+    use base64::prelude::{BASE64_STANDARD, Engine as _};
+    let folder = Folder::new();
+    folder.gif("a<b.gif", &[100, 40, 60]);
+    folder.run("render a<b.gif -o out.html --points 40").success();
+    folder.run("render a<b.gif -o out.polyreel --points 40").success();
+    let page = text(&folder, "out.html");
+    assert!(page.starts_with("<!DOCTYPE html>") && page.contains("<title>a&lt;b</title>"));
+    assert!(!page.contains("http") && !page.contains(" src="), "it needs nothing from elsewhere");
+    let start = page.find("id=\"stream\">").expect("a stream") + 12;
+    let stream = page[start..].split('<').next().expect("an end");
+    let stream = BASE64_STANDARD.decode(stream).expect("base64");
+    assert!(stream == folder.read("out.polyreel"));
+}
+
+#[test]
+fn stills_become_3d_models() {
+    let folder = Folder::new();
+    folder.still("in.png", 96, 64);
+    folder.run("render in.png -o out.obj --points 40").success();
+    folder.run("render in.png -o out.ply --points 40").success();
+    let obj = text(&folder, "out.obj");
+    let faces = obj.lines().filter(|line| line.starts_with("f ")).count();
+    assert_eq!(obj.lines().filter(|line| line.starts_with("v ")).count(), 3 * faces);
+    let ply = folder.read("out.ply");
+    assert!(String::from_utf8_lossy(&ply).contains(&format!("element face {faces}\n")));
+    folder.gif("in.gif", &[100, 100]);
+    folder.run("render in.gif -o out_%d.ply --points 40").success();
+    assert!(folder.path("out_2.ply").exists());
+    let refused = folder.run("render in.gif -o many.obj --points 40").failure().code(2);
+    assert!(stderr(&refused).contains("_%04d.obj"), "{}", stderr(&refused));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_mesh_stream_and_y4m_come_through_a_named_pipe() {
+    let folder = Folder::new();
+    folder.gif("in.gif", &[40, 40, 40]);
+    folder.run("render in.gif -o in.polyreel --points 60").success();
+    folder.run("render in.gif -o in.y4m --points 60").success();
+    let pipe = folder.path("pipe");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status().expect("mkfifo runs");
+    assert!(made.success());
+    for name in ["in.polyreel", "in.y4m"] {
+        let (pipe, bytes) = (pipe.clone(), folder.read(name));
+        // Opens when the program does; a program that ends early is its own failure.
+        let writing = std::thread::spawn(move || std::fs::write(pipe, bytes).is_ok());
+        folder.run("render pipe -o out_%d.png -y --frames 3").success();
+        assert!(folder.path("out_3.png").exists() && writing.join().expect("no panic"), "{name}");
+        std::fs::remove_file(folder.path("out_3.png")).expect("it is there");
+    }
+}
+
+#[test]
+fn lines_along_what_is_faint_are_as_faint_in_an_svg() {
+    let folder = Folder::new();
+    let faint = image::RgbaImage::from_fn(48, 32, |x, y| {
+        image::Rgba([(x * 5) as u8, (y * 8) as u8, 90, if x < 24 { 128 } else { 255 }])
+    });
+    faint.save(folder.path("in.png")).expect("a writable folder");
+    folder.run("render in.png -o out.svg --points 30 --outline=white").success();
+    let svg = text(&folder, "out.svg");
+    assert!(svg.contains("stroke=\"#ffffff\" stroke-width"), "{svg}");
+    assert!(svg.contains("opacity=\"0.5") && svg.contains("<mask id=\"beside-lines-1\""), "{svg}");
+}

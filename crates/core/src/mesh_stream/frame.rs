@@ -2,7 +2,9 @@
 
 use super::colours;
 use super::connectivity::{self, Before, Grown};
+use super::grid::{Grid, rounded};
 use super::half_edges::HalfEdges;
+use super::places::Places;
 use super::positions::{self, Fate, MoveModels, RowModels, by_rows, pass_fates, pass_rows};
 use super::range_coder::{Bits, Decoder, Encoder, Model, Number};
 use super::{Fault, MOST_VERTICES, NONE};
@@ -14,6 +16,9 @@ use crate::mesh::{CORNERS, Mesh};
 #[derive(Debug)]
 pub(super) struct State {
     size: Size,
+    grid: Grid,
+    /// By how much an encoder's colours may be off.
+    pub(super) tolerance: u8,
     /// Vertices by their numbers in the stream.
     points: Vec<Point>,
     /// A number for each that stays the same as long as it lives.
@@ -29,6 +34,8 @@ pub(super) struct State {
 #[derive(Debug, Default)]
 struct Models {
     number: Number,
+    /// Whether a vertex of a key frame was there before.
+    lives: Model,
     alpha: Model,
     rows: RowModels,
     births: RowModels,
@@ -44,10 +51,29 @@ struct Known {
     colours: Vec<Rgba>,
 }
 
+/// The mesh of the frame before.
+#[derive(Debug)]
+struct Old {
+    points: Vec<Point>,
+    triangles: Vec<[u32; 3]>,
+    edges: HalfEdges,
+    /// The number that each vertex had there.
+    back: Vec<u32>,
+}
+
+impl Old {
+    fn places<'a>(&'a self, now: &'a [Point]) -> Places<'a> {
+        let Self { points, triangles, edges, back } = self;
+        Places { points, triangles, edges, back, now }
+    }
+}
+
 impl State {
-    pub(super) fn new(size: Size) -> Self {
+    pub(super) fn new(size: Size, grid: Grid) -> Self {
         Self {
             size,
+            grid,
+            tolerance: 0,
             points: Vec::new(),
             ids: Vec::new(),
             next_id: CORNERS as u64,
@@ -74,24 +100,29 @@ impl State {
         (Mesh { size: self.size, vertices, ids, triangles, fills: Vec::new() }, colours)
     }
 
-    /// Writes a key frame behind `bytes`; returns for each vertex of `mesh` its number in the stream.
+    /// Writes a key frame behind `bytes`. `numbers` are those that the vertices of `mesh` had in the frame before,
+    /// [`NONE`] for those that are new; they become those that they have now.
     pub(super) fn write_key(
         &mut self,
         bytes: Vec<u8>,
         mesh: &Mesh,
         colours: &[Rgba],
-    ) -> Result<(Vec<u8>, Vec<u32>), Fault> {
+        numbers: &mut [u32],
+    ) -> Result<Vec<u8>, Fault> {
+        let places = rounded(mesh, self.grid);
         let mut order: Vec<u32> = (CORNERS as u32..mesh.vertices.len() as u32).collect();
-        order.sort_unstable_by_key(|&v| by_rows(mesh.vertices[v as usize]));
-        let mut points: Vec<_> = order.iter().map(|&v| mesh.vertices[v as usize]).collect();
-        let mut numbers: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+        order.sort_unstable_by_key(|&v| by_rows(places[v as usize]));
+        let mut points: Vec<_> = order.iter().map(|&v| places[v as usize]).collect();
+        let id = |&v: &u32| self.ids.get(numbers[v as usize] as usize).copied();
+        let ids: Vec<_> = order.iter().map(id).collect();
+        (0..CORNERS).for_each(|v| numbers[v] = v as u32);
         for (&v, number) in order.iter().zip(CORNERS as u32..) {
             numbers[v as usize] = number;
         }
-        let known = Known::of(mesh, colours, &numbers);
+        let known = Known::of(mesh, colours, numbers);
         let mut bits = Encoder::new(bytes);
-        self.key(&mut bits, &mut points, Some(known))?;
-        Ok((bits.finish(), numbers))
+        self.key(&mut bits, &mut points, &ids, Some(known))?;
+        Ok(bits.finish())
     }
 
     /// Writes a frame behind `bytes` that goes on from the one before. `numbers` are those that the vertices of
@@ -103,8 +134,9 @@ impl State {
         colours: &[Rgba],
         numbers: &mut [u32],
     ) -> Result<Vec<u8>, Fault> {
+        let places = rounded(mesh, self.grid);
         let mut fates = vec![Fate::Dies; self.points.len()];
-        for (&number, &point) in numbers.iter().zip(&mesh.vertices) {
+        for (&number, &point) in numbers.iter().zip(&places) {
             if number != NONE {
                 let still = self.points[number as usize] == point;
                 fates[number as usize] = if still { Fate::Stays } else { Fate::Moves(point) };
@@ -112,8 +144,8 @@ impl State {
         }
         let new = |v: &usize| numbers[*v] == NONE;
         let mut born: Vec<usize> = (0..numbers.len()).filter(new).collect();
-        born.sort_unstable_by_key(|&v| by_rows(mesh.vertices[v]));
-        let mut points: Vec<_> = born.iter().map(|&v| mesh.vertices[v]).collect();
+        born.sort_unstable_by_key(|&v| by_rows(places[v]));
+        let mut points: Vec<_> = born.iter().map(|&v| places[v]).collect();
         let (renumbered, births) = positions::renumbered(&fates, born.len());
         for number in numbers.iter_mut().filter(|number| **number != NONE) {
             *number = renumbered[*number as usize];
@@ -129,7 +161,7 @@ impl State {
 
     /// Reads a key frame.
     pub(super) fn read_key(&mut self, bytes: &[u8]) -> Result<(), Fault> {
-        self.key(&mut Decoder::new(bytes), &mut Vec::new(), None)
+        self.key(&mut Decoder::new(bytes), &mut Vec::new(), &[], None)
     }
 
     /// Reads a frame that goes on from the one before.
@@ -142,6 +174,7 @@ impl State {
         &mut self,
         bits: &mut impl Bits,
         seeds: &mut Vec<Point>,
+        ids: &[Option<u64>],
         known: Option<Known>,
     ) -> Result<(), Fault> {
         self.models = Models::default();
@@ -149,19 +182,54 @@ impl State {
         if count > MOST_VERTICES {
             return Err(Fault::Vertices(count));
         }
-        fill(bits, &mut self.models.rows, self.size, seeds, count)?;
+        fill(bits, &mut self.models.rows, (self.size, self.grid), seeds, count)?;
+        self.pass_ids(bits, ids, count)?;
         self.points = Mesh::corners(self.size).to_vec();
         self.points.append(seeds);
-        // The corners are always the same.
-        let corners = CORNERS as u64;
-        let seeds = self.points.len() as u64 - corners;
-        self.ids = (0..corners).chain(self.next_id..self.next_id + seeds).collect();
-        self.next_id += seeds;
         let (models, area) = (&mut self.models, (self.size, &self.points[..]));
         let edges = known.as_ref().map(|known| &known.edges);
         let grown = connectivity::pass(bits, &mut models.connectivity, area, None, edges)?;
         self.colours.clear();
-        self.paint(bits, grown, &[], known)
+        self.paint(bits, grown, &[], None, known)
+    }
+
+    /// Passes the lasting numbers of `count` seeds; an encoder has in `ids` those that were there before. New ones get
+    /// the next that none had.
+    fn pass_ids(
+        &mut self,
+        bits: &mut impl Bits,
+        ids: &[Option<u64>],
+        count: u32,
+    ) -> Result<(), Fault> {
+        let halves = [self.next_id >> 32, self.next_id].map(|half| bits.plain(half as u32, 32));
+        let first = u64::from(halves[0]) << 32 | u64::from(halves[1]);
+        if !(CORNERS as u64..1 << 48).contains(&first) {
+            return Err(Fault::Ids);
+        }
+        let digits = (u64::BITS - (first - 1).leading_zeros()).min(32);
+        let mut passed: Vec<u64> = (0..CORNERS as u64).collect();
+        let mut next = first;
+        for i in 0..count as usize {
+            let id = ids.get(i).copied().flatten().filter(|id| first - 1 - id < 1 << 32);
+            passed.push(if bits.bit(&mut self.models.lives, id.is_some()) {
+                // Counted back from the first new one.
+                let back = id.map_or(0, |id| (first - 1 - id) as u32);
+                first.checked_sub(1 + u64::from(bits.plain(back, digits))).ok_or(Fault::Ids)?
+            } else {
+                next += 1;
+                next - 1
+            });
+            if bits.is_beyond_end() {
+                return Err(Fault::Ids);
+            }
+        }
+        let mut sorted = passed.clone();
+        sorted.sort_unstable();
+        if sorted.windows(2).any(|pair| pair[0] == pair[1]) {
+            return Err(Fault::Ids);
+        }
+        (self.ids, self.next_id) = (passed, next);
+        Ok(())
     }
 
     fn delta(
@@ -172,21 +240,23 @@ impl State {
         known: Option<Known>,
     ) -> Result<(), Fault> {
         let models = &mut self.models;
-        let area = (self.size, &self.points[..]);
+        let area = (self.size, self.grid, &self.points[..]);
         pass_fates(bits, &mut models.moves, area, &self.edges, fates)?;
         let count = models.number.pass(bits, born.len() as u32);
         if count > MOST_VERTICES {
             return Err(Fault::Vertices(count));
         }
-        fill(bits, &mut models.births, self.size, born, count)?;
+        fill(bits, &mut models.births, (self.size, self.grid), born, count)?;
         let (numbers, births) = positions::renumbered(fates, born.len());
         let vertices = numbers.iter().filter(|&&number| number != NONE).count() + births.len();
         let mut points = vec![Point::default(); vertices];
         let mut ids = vec![0; vertices];
         let mut moved = vec![true; vertices];
+        let mut back = vec![NONE; vertices];
         for (v, &number) in numbers.iter().enumerate().filter(|(_, number)| **number != NONE) {
             let number = number as usize;
             moved[number] = fates[v] != Fate::Stays;
+            back[number] = v as u32;
             points[number] = if let Fate::Moves(to) = fates[v] { to } else { self.points[v] };
             ids[number] = self.ids[v];
         }
@@ -195,33 +265,34 @@ impl State {
             ids[number as usize] = self.next_id;
             self.next_id += 1;
         }
-        self.renumber_edges(&numbers, vertices);
+        let renumbered = self.renumbered_edges(&numbers, vertices);
+        let (old_points, old_edges) =
+            (std::mem::take(&mut self.points), std::mem::take(&mut self.edges));
+        let old_triangles = std::mem::take(&mut self.grown.triangles);
         (self.points, self.ids) = (points, ids);
         let models = &mut self.models;
         let area = (self.size, &self.points[..]);
-        let before = Some(Before { edges: &self.edges, moved: &moved });
+        let edges = renumbered.as_ref().unwrap_or(&old_edges);
+        let before = Some(Before { edges, moved: &moved });
         let edges = known.as_ref().map(|known| &known.edges);
         let grown = connectivity::pass(bits, &mut models.connectivity, area, before, edges)?;
-        self.paint(bits, grown, &moved, known)
+        let old = Old { points: old_points, triangles: old_triangles, edges: old_edges, back };
+        self.paint(bits, grown, &moved, Some(&old), known)
     }
 
-    /// Gives the edges of the frame before the numbers that its vertices have now.
-    fn renumber_edges(&mut self, numbers: &[u32], vertices: usize) {
+    /// The edges of the frame before in the numbers that its vertices have now; `None` where these are the same.
+    fn renumbered_edges(&self, numbers: &[u32], vertices: usize) -> Option<HalfEdges> {
         if numbers.iter().zip(0..).all(|(&number, v)| number == v) && numbers.len() == vertices {
-            return;
+            return None;
         }
         // A triangle that lost a vertex stands for none; its place stays, because colours go by it.
         let nowhere = vertices as u32;
-        let triangles: Vec<[u32; 3]> = self
-            .grown
-            .triangles
-            .iter()
-            .map(|t| {
-                let t = t.map(|v| numbers[v as usize]);
-                if t.contains(&NONE) { [nowhere; 3] } else { t }
-            })
-            .collect();
-        self.edges = HalfEdges::of(vertices + 1, &triangles);
+        let renumber = |t: &[u32; 3]| {
+            let t = t.map(|v| numbers[v as usize]);
+            if t.contains(&NONE) { [nowhere; 3] } else { t }
+        };
+        let triangles: Vec<[u32; 3]> = self.grown.triangles.iter().map(renumber).collect();
+        Some(HalfEdges::of(vertices + 1, &triangles))
     }
 
     /// Passes colours, and takes the frame up.
@@ -230,6 +301,7 @@ impl State {
         bits: &mut impl Bits,
         grown: Grown,
         moved: &[bool],
+        old: Option<&Old>,
         known: Option<Known>,
     ) -> Result<(), Fault> {
         let mut colours = match &known {
@@ -243,9 +315,19 @@ impl State {
         let alpha = colours.iter().any(|colour: &Rgba| colour[3] < 255);
         let alpha = bits.bit(&mut self.models.alpha, alpha);
         let models = &mut self.models.colours;
-        let before = colours::Before { colours: &self.colours, wrong: &self.wrong, moved };
+        let edges = HalfEdges::of(self.points.len(), &grown.triangles);
+        let now = &self.points;
+        let before = colours::Before {
+            edges: &edges,
+            points: now,
+            colours: &self.colours,
+            wrong: &self.wrong,
+            moved,
+            places: old.map(|old| old.places(now)),
+            tolerance: self.tolerance,
+        };
         self.wrong = colours::pass(bits, models, &grown, before, alpha, &mut colours)?;
-        self.edges = HalfEdges::of(self.points.len(), &grown.triangles);
+        self.edges = edges;
         (self.grown, self.colours) = (grown, colours);
         Ok(())
     }
@@ -264,10 +346,10 @@ impl Known {
 fn fill(
     bits: &mut impl Bits,
     models: &mut RowModels,
-    size: Size,
+    area: (Size, Grid),
     points: &mut Vec<Point>,
     count: u32,
 ) -> Result<(), Fault> {
     points.resize(count as usize, Point::default());
-    pass_rows(bits, models, size, points)
+    pass_rows(bits, models, area, points)
 }

@@ -7,7 +7,9 @@ mod apexes;
 mod colours;
 mod connectivity;
 mod frame;
+mod grid;
 mod half_edges;
+mod places;
 mod positions;
 mod range_coder;
 mod read;
@@ -15,6 +17,7 @@ mod write;
 
 use crate::frame::Rational;
 
+pub use grid::Grid;
 pub use read::{MeshFrame, MeshReader, ReadError};
 pub use write::{MeshWriter, pack};
 
@@ -42,12 +45,15 @@ pub enum Fault {
     /// A colour is out of range.
     #[error("a colour is out of range")]
     Colours,
+    /// Two vertices have one number, or a number lies ahead.
+    #[error("the lasting numbers of the vertices make no sense")]
+    Ids,
 }
 
 /// What a stream begins with.
 pub const MAGIC: &[u8; 8] = b"polyreel";
 /// The version of the format.
-pub const VERSION: u16 = 1;
+pub const VERSION: u16 = 2;
 /// The most bytes of a packet.
 const MOST_BYTES: u32 = 1 << 26;
 

@@ -1,5 +1,6 @@
 //! Where vertices stand: of a key frame all of them, row by row; of others what moved, what went and what came.
 
+use super::grid::Grid;
 use super::half_edges::HalfEdges;
 use super::range_coder::{Bits, Byte, Difference, Model, Number};
 use super::{Fault, NONE};
@@ -14,13 +15,15 @@ pub(super) struct RowModels {
     across: Number,
     /// Inside the frame, and on its border.
     fractions: [[Byte; 2]; 2],
+    /// Whether a point lies off the grid.
+    off_grid: Model,
 }
 
 /// Passes points in the order of [`by_rows`].
 pub(super) fn pass_rows(
     bits: &mut impl Bits,
     models: &mut RowModels,
-    size: Size,
+    (size, grid): (Size, Grid),
     points: &mut [Point],
 ) -> Result<(), Fault> {
     let pixel = |v: i32| v.div_euclid(SUBPIXEL);
@@ -39,8 +42,9 @@ pub(super) fn pass_rows(
         }
         let border = x == 0 || y == 0 || x >= width - 1 || y >= height - 1;
         let [for_x, for_y] = &mut models.fractions[usize::from(border)];
-        let fx = for_x.pass(bits, point.x.rem_euclid(SUBPIXEL) as u8);
-        let fy = for_y.pass(bits, point.y.rem_euclid(SUBPIXEL) as u8);
+        let left_out = left_out(bits, &mut models.off_grid, grid, *point);
+        let fx = for_x.pass(bits, point.x.rem_euclid(SUBPIXEL) as u8, left_out);
+        let fy = for_y.pass(bits, point.y.rem_euclid(SUBPIXEL) as u8, left_out);
         *point = Point::new(x * SUBPIXEL + i32::from(fx), y * SUBPIXEL + i32::from(fy));
         if !size.contains(*point) {
             return Err(Fault::Vertex);
@@ -48,6 +52,12 @@ pub(super) fn pass_rows(
         (last_x, last_y) = (x, y);
     }
     Ok(())
+}
+
+/// Passes whether `point` lies off the grid; returns how many of its coordinates' bits are not passed.
+fn left_out(bits: &mut impl Bits, model: &mut Model, grid: Grid, point: Point) -> u32 {
+    let exact = grid == Grid::EXACT || bits.bit(model, !grid.has(point));
+    if exact { 0 } else { grid.power() }
 }
 
 /// The order of points row by row: by their pixels, then inside them.
@@ -71,6 +81,8 @@ pub(super) enum Fate {
 pub(super) struct MoveModels {
     moves: [Model; 16],
     dies: [Model; 4],
+    /// Whether it moves to a place off the grid.
+    off_grid: Model,
     across: [Difference; 6],
     down: [Difference; 6],
 }
@@ -80,7 +92,7 @@ pub(super) struct MoveModels {
 pub(super) fn pass_fates(
     bits: &mut impl Bits,
     models: &mut MoveModels,
-    (size, points): (Size, &[Point]),
+    (size, grid, points): (Size, Grid, &[Point]),
     edges: &HalfEdges,
     fates: &mut [Fate],
 ) -> Result<(), Fault> {
@@ -105,13 +117,19 @@ pub(super) fn pass_fates(
         let class = around.class();
         let (mut x, mut y) = (from.x, from.y);
         let place = Place::of(from, size);
+        let left_out = left_out(bits, &mut models.off_grid, grid, to);
+        let grid = if left_out == 0 { Grid::EXACT } else { grid };
+        // How many of the grid's lines it went further than expected.
+        let mut pass = |model: &mut Difference, from: i32, way: i32, to: i32| {
+            let expected = grid.nearest(from.wrapping_add(way));
+            let by = model.pass(bits, grid.nearest(to).wrapping_sub(expected));
+            grid.line(expected.wrapping_add(by))
+        };
         if place != Place::SideBorder {
-            let dx = models.across[class].pass(bits, (to.x - from.x).wrapping_sub(expected_x));
-            x = x.wrapping_add(expected_x).wrapping_add(dx);
+            x = pass(&mut models.across[class], from.x, expected_x, to.x);
         }
         if place != Place::LevelBorder {
-            let dy = models.down[class].pass(bits, (to.y - from.y).wrapping_sub(expected_y));
-            y = y.wrapping_add(expected_y).wrapping_add(dy);
+            y = pass(&mut models.down[class], from.y, expected_y, to.y);
         }
         let to = Point::new(x, y);
         if !size.contains(to) {

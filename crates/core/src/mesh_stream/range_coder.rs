@@ -29,6 +29,11 @@ impl Model {
         ((u32::from(self.quick) + u32::from(self.slow)) >> 1).clamp(32, 0xffff - 31)
     }
 
+    fn zero_of(models: &[&mut Self; 2]) -> u32 {
+        let sum = models.iter().map(|m| u32::from(m.quick) + u32::from(m.slow)).sum::<u32>();
+        (sum >> 2).clamp(32, 0xffff - 31)
+    }
+
     fn steady(self) -> u32 {
         u32::from(self.slow).clamp(32, 0xffff - 31)
     }
@@ -52,6 +57,9 @@ impl Model {
 /// the bit that was written. So models need to be spelt out only once.
 pub(super) trait Bits {
     fn bit(&mut self, model: &mut Model, bit: bool) -> bool;
+
+    /// As [`Bits::bit`], where two models know something: the mean of what they say counts.
+    fn pair(&mut self, models: [&mut Model; 2], bit: bool) -> bool;
 
     /// As [`Bits::bit`], of what is nearly even: only the slow estimate counts.
     fn steady(&mut self, model: &mut Model, bit: bool) -> bool;
@@ -136,6 +144,12 @@ impl Bits for Encoder {
         self.narrow(bound, bit)
     }
 
+    fn pair(&mut self, models: [&mut Model; 2], bit: bool) -> bool {
+        let bound = (self.range >> 16) * Model::zero_of(&models);
+        models.into_iter().for_each(|model| model.learn(bit));
+        self.narrow(bound, bit)
+    }
+
     fn steady(&mut self, model: &mut Model, bit: bool) -> bool {
         let bound = (self.range >> 16) * model.steady();
         model.learn(bit);
@@ -199,6 +213,12 @@ impl Bits for Decoder<'_> {
         bit
     }
 
+    fn pair(&mut self, models: [&mut Model; 2], _: bool) -> bool {
+        let bit = self.narrow((self.range >> 16) * Model::zero_of(&models));
+        models.into_iter().for_each(|model| model.learn(bit));
+        bit
+    }
+
     fn steady(&mut self, model: &mut Model, _: bool) -> bool {
         let bit = self.narrow((self.range >> 16) * model.steady());
         model.learn(bit);
@@ -225,13 +245,14 @@ impl Default for Byte {
 }
 
 impl Byte {
-    pub(super) fn pass(&mut self, bits: &mut impl Bits, value: u8) -> u8 {
+    /// Passes `value` but for its lowest bits that are `left_out`, which are 0.
+    pub(super) fn pass(&mut self, bits: &mut impl Bits, value: u8, left_out: u32) -> u8 {
         let mut node = 1usize;
-        for i in (0..8).rev() {
+        for i in (left_out..8).rev() {
             let bit = bits.steady(&mut self.0[node], value >> i & 1 == 1);
             node = 2 * node + usize::from(bit);
         }
-        (node & 0xff) as u8
+        (node << left_out & 0xff) as u8
     }
 }
 
@@ -274,44 +295,69 @@ impl Number {
     }
 }
 
-/// Differences: whether there is any, its sign, and its size less one.
+/// Differences: whether there is any, its sign, and its size less one, a bit for each step of the first few.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Difference {
+pub(super) struct Steps {
     none: Model,
     sign: Model,
-    size: Sizes,
+    steps: [Model; Self::MOST],
+}
+
+/// The same, and what goes beyond these steps, as [`Number`] has it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Difference {
+    steps: Steps,
+    beyond: Number,
+}
+
+impl Steps {
+    const MOST: usize = 12;
+
+    /// Passes `value` bit by bit: `pass` takes the number of a bit and its value.
+    fn pass(value: i32, mut pass: impl FnMut(usize, bool) -> Option<bool>) -> (bool, u32) {
+        let mut bit = |i: usize, bit: bool| pass(i, bit).unwrap_or(false);
+        if !bit(0, value != 0) {
+            return (false, 0);
+        }
+        let negative = bit(1, value < 0);
+        let size = value.unsigned_abs();
+        let most = Self::MOST as u32;
+        let found = (0..most).find(|&step| !bit(2 + step as usize, size > step + 1));
+        (negative, 1 + found.unwrap_or(most))
+    }
+
+    /// The model of the bit of this number.
+    fn model(&mut self, i: usize) -> Option<&mut Model> {
+        match i {
+            0 => Some(&mut self.none),
+            1 => Some(&mut self.sign),
+            i => self.steps.get_mut(i - 2),
+        }
+    }
 }
 
 impl Difference {
     pub(super) fn pass(&mut self, bits: &mut impl Bits, value: i32) -> i32 {
-        if !bits.bit(&mut self.none, value != 0) {
-            return 0;
-        }
-        let negative = bits.bit(&mut self.sign, value < 0);
-        let size = self.size.pass(bits, value.unsigned_abs().wrapping_sub(1));
-        let size = size.wrapping_add(1) as i32;
-        if negative { size.wrapping_neg() } else { size }
+        let found = Steps::pass(value, |i, bit| Some(bits.bit(self.steps.model(i)?, bit)));
+        self.end(bits, value, found)
     }
-}
 
-/// Numbers that are small as a rule: one model for each of the first few, then as [`Number`] has it.
-#[derive(Clone, Debug, Default)]
-struct Sizes {
-    steps: [Model; Self::STEPS],
-    rest: Number,
-}
+    /// The same, where two models know something of the first steps.
+    pub(super) fn pass_with(&mut self, bits: &mut impl Bits, other: &mut Steps, value: i32) -> i32 {
+        let found = Steps::pass(value, |i, bit| {
+            Some(bits.pair([self.steps.model(i)?, other.model(i)?], bit))
+        });
+        self.end(bits, value, found)
+    }
 
-impl Sizes {
-    const STEPS: usize = 12;
-
-    fn pass(&mut self, bits: &mut impl Bits, value: u32) -> u32 {
-        for (step, model) in self.steps.iter_mut().enumerate() {
-            if !bits.bit(model, value > step as u32) {
-                return step as u32;
-            }
+    /// What is left of `value` behind the steps.
+    fn end(&mut self, bits: &mut impl Bits, value: i32, (negative, mut size): (bool, u32)) -> i32 {
+        if size > Steps::MOST as u32 {
+            let more = self.beyond.pass(bits, value.unsigned_abs().wrapping_sub(size));
+            size = size.wrapping_add(more);
         }
-        let more = self.rest.pass(bits, value.wrapping_sub(Self::STEPS as u32));
-        more.wrapping_add(Self::STEPS as u32)
+        let size = size as i32;
+        if negative { size.wrapping_neg() } else { size }
     }
 }
 
@@ -328,12 +374,15 @@ mod tests {
         // The first bits are all ones: the first byte waits for a carry.
         let mut encoder = Encoder::new(vec![7]);
         encoder.plain(u32::MAX, 32);
+        let mut pair = (Difference::default(), Steps::default());
         let models = || (Number::default(), Byte::default(), Difference::default());
         let (mut number, mut byte, mut difference) = models();
         for &n in &numbers {
             number.pass(&mut encoder, n);
-            byte.pass(&mut encoder, n as u8);
+            byte.pass(&mut encoder, n as u8, 0);
+            byte.pass(&mut encoder, n as u8 & !7, 3);
             difference.pass(&mut encoder, n as i32 >> 8);
+            pair.0.pass_with(&mut encoder, &mut pair.1, n as i32 >> 22);
             encoder.plain(n & 1023, 10);
         }
         let bytes = encoder.finish();
@@ -341,10 +390,13 @@ mod tests {
         let mut decoder = Decoder::new(&bytes[1..]);
         assert_eq!(decoder.plain(0, 32), u32::MAX);
         let (mut number, mut byte, mut difference) = models();
+        pair = (Difference::default(), Steps::default());
         for &n in &numbers {
             assert_eq!(number.pass(&mut decoder, 0), n);
-            assert_eq!(byte.pass(&mut decoder, 0), n as u8);
+            assert_eq!(byte.pass(&mut decoder, 0, 0), n as u8);
+            assert_eq!(byte.pass(&mut decoder, 0, 3), n as u8 & !7);
             assert_eq!(difference.pass(&mut decoder, 0), n as i32 >> 8);
+            assert_eq!(pair.0.pass_with(&mut decoder, &mut pair.1, 0), n as i32 >> 22);
             assert_eq!(decoder.plain(0, 10), n & 1023);
         }
         assert!(!decoder.is_beyond_end());
@@ -355,7 +407,7 @@ mod tests {
         let mut encoder = Encoder::new(Vec::new());
         let mut byte = Byte::default();
         (0..4000).for_each(|_| {
-            byte.pass(&mut encoder, 128);
+            byte.pass(&mut encoder, 128, 0);
         });
         let bytes = encoder.finish().len();
         assert!(bytes < 90, "{bytes} bytes for 4000 equal ones");

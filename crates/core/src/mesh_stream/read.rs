@@ -3,7 +3,9 @@
 use std::io::{self, Read};
 
 use super::frame::State;
-use super::{DELTA, END, FIELDS, Fault, Header, KEY, MAGIC, MOST_BYTES, Time, VERSION, checksum};
+use super::{
+    DELTA, END, FIELDS, Fault, Grid, Header, KEY, MAGIC, MOST_BYTES, Time, VERSION, checksum,
+};
 use crate::frame::{Rational, Rgba};
 use crate::geom::{MAX_SIDE, Size};
 use crate::mesh::{Mesh, MeshFault};
@@ -61,6 +63,7 @@ pub struct MeshFrame {
 pub struct MeshReader<R> {
     input: R,
     size: Size,
+    grid: Grid,
     header: Header,
     state: Option<State>,
     frames: u64,
@@ -90,12 +93,14 @@ impl<R: Read> MeshReader<R> {
             u32::from_le_bytes([start[at], start[at + 1], start[at + 2], start[at + 3]])
         };
         let size = Size::new(side(12), side(16));
+        let grid = Grid::of_power(start[10]).filter(|_| start[11] == 0);
+        let grid = grid.ok_or(ReadError::Header("there is no such grid"))?;
         let sound = |side: u32| (1..=MAX_SIDE).contains(&side);
         if !sound(size.width) || !sound(size.height) {
             return Err(ReadError::Header("the size is out of range"));
         }
         let (header, frames, bytes) = (Header::default(), 0, Vec::new());
-        let mut reader = Self { input, size, header, state: None, frames, bytes };
+        let mut reader = Self { input, size, grid, header, state: None, frames, bytes };
         if reader.packet()? != FIELDS {
             return Err(ReadError::Header("its fields are missing"));
         }
@@ -130,7 +135,9 @@ impl<R: Read> MeshReader<R> {
         let (time, rest) = time(&self.bytes)?;
         let is_key = kind == KEY;
         match (kind, &mut self.state) {
-            (KEY, state) => state.get_or_insert_with(|| State::new(self.size)).read_key(rest)?,
+            (KEY, state) => {
+                state.get_or_insert_with(|| State::new(self.size, self.grid)).read_key(rest)?
+            }
             (DELTA, Some(state)) => state.read_delta(rest)?,
             _ => return Err(ReadError::Packet),
         }

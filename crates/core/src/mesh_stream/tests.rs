@@ -41,10 +41,14 @@ fn time(t: usize) -> Time {
 }
 
 fn written(clip: &[(Mesh, Vec<Rgba>)]) -> Vec<u8> {
+    written_on(clip, Grid::EXACT)
+}
+
+fn written_on(clip: &[(Mesh, Vec<Rgba>)], grid: Grid) -> Vec<u8> {
     let mut header = Header::default();
     header.put("rate", "30000/1001");
     header.put("title", "two\nlines = 2");
-    let (mut writer, mut bytes) = MeshWriter::new(SIZE, &header);
+    let (mut writer, mut bytes) = MeshWriter::new(SIZE, grid, &header);
     for (t, (mesh, colours)) in clip.iter().enumerate() {
         bytes.append(&mut writer.frame(mesh, colours, time(t)).expect("a sound mesh"));
     }
@@ -92,6 +96,81 @@ fn nothing_is_lost() {
         let keys: Vec<_> = frames.iter().map(|frame| frame.is_key).collect();
         assert!(keys[0] && !keys[1], "{keys:?}");
         assert!(frames[1].ids.iter().filter(|id| frames[0].ids.contains(id)).count() > 80);
+    }
+}
+
+/// What each vertex is called in the mesh, by where it stands.
+fn names(mesh: &Mesh, ids: &[u64]) -> std::collections::HashMap<Point, u64> {
+    mesh.vertices.iter().copied().zip(ids.iter().copied()).collect()
+}
+
+#[test]
+fn vertices_keep_their_numbers_as_long_as_they_live() {
+    let clip = clip(8, false);
+    // Frames again and again, so that a key frame comes for its time alone.
+    let many: Vec<_> = (0..260usize).map(|t| clip[t.saturating_sub(240).min(3)].clone()).collect();
+    for clip in [clip, many] {
+        let frames = read(&written(&clip)).expect("a sound stream");
+        let mut known = std::collections::HashMap::new();
+        for (frame, (mesh, _)) in frames.iter().zip(&clip) {
+            let own = names(mesh, &mesh.ids);
+            assert_eq!(own.len(), frame.ids.len());
+            for (place, id) in names(&frame.mesh, &frame.ids) {
+                // One of the mesh's is one of the stream's, and the other way round.
+                assert_eq!(*known.entry(own[&place]).or_insert(id), id);
+            }
+        }
+        let mut ids: Vec<u64> = known.values().copied().collect();
+        ids.sort_unstable();
+        ids.dedup();
+        assert_eq!(ids.len(), known.len());
+    }
+}
+
+#[test]
+fn key_frames_stand_at_cuts() {
+    let mut clip = clip(8, false);
+    for (mesh, _) in &mut clip[4..] {
+        // After a cut all vertices are new, wherever they stand.
+        mesh.ids.iter_mut().skip(4).for_each(|id| *id += 1 << 20);
+    }
+    let keys: Vec<_> = read(&written(&clip)).expect("sound").iter().map(|f| f.is_key).collect();
+    assert_eq!(keys, [true, false, false, false, true, false, false, false]);
+}
+
+#[test]
+fn vertices_on_a_grid_take_fewer_bytes_and_stay_near() {
+    let clip = clip(8, true);
+    let mut last = written(&clip).len();
+    for parts in [16, 4, 1] {
+        let grid = Grid::of_parts(parts).expect("a power of two");
+        let bytes = written_on(&clip, grid);
+        assert!(bytes.len() < last, "{} bytes at {parts}", bytes.len());
+        last = bytes.len();
+        let frames = read(&bytes).expect("a sound stream");
+        for (frame, (mesh, colours)) in frames.iter().zip(&clip) {
+            let rounded = Mesh { vertices: super::grid::rounded(mesh, grid), ..mesh.clone() };
+            assert!(facets(&frame.mesh, &frame.colours) == facets(&rounded, colours));
+        }
+    }
+}
+
+#[test]
+fn colours_that_may_be_off_take_fewer_bytes_and_are_no_further_off() {
+    let clip = clip(8, true);
+    let (mut writer, mut bytes) = MeshWriter::new(SIZE, Grid::EXACT, &Header::default());
+    writer = writer.with_colour_error(3);
+    for (t, (mesh, colours)) in clip.iter().enumerate() {
+        bytes.append(&mut writer.frame(mesh, colours, time(t)).expect("a sound mesh"));
+    }
+    bytes.append(&mut writer.finish());
+    assert!(10 * bytes.len() < 9 * written(&clip).len(), "{} bytes", bytes.len());
+    for (frame, (mesh, colours)) in read(&bytes).expect("a sound stream").iter().zip(&clip) {
+        let found = facets(&frame.mesh, &frame.colours);
+        for ((triangle, a), (other, b)) in found.iter().zip(facets(mesh, colours)) {
+            assert!(*triangle == other && a[3] == b[3]);
+            assert!((0..3).all(|c| a[c].abs_diff(b[c]) <= 3), "{a:?}, not {b:?}");
+        }
     }
 }
 
@@ -168,7 +247,7 @@ fn what_is_no_stream_is_refused() {
     let mut later = written(&clip(1, false));
     later[8] = 9;
     assert!(said(&later).contains("version 9"));
-    later[8] = 1;
+    later[8] = VERSION as u8;
     later[12..16].copy_from_slice(&u32::MAX.to_le_bytes());
     assert!(said(&later).contains("size"));
 }

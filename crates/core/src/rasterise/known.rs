@@ -1,5 +1,7 @@
 //! Paints meshes whose colours are known, as those of a mesh stream.
 
+use std::collections::BTreeMap;
+
 use super::style::Style;
 use super::{Painter, Painting};
 use crate::draw::sides;
@@ -29,23 +31,22 @@ impl Painter {
     }
 }
 
-/// The edges of `mesh` along which `options` draw lines, each once: all, or those between colours that differ
-/// enough, but none between two transparent triangles. `colours` are those before grading.
-pub fn outlined(mesh: &Mesh, colours: &[Rgba], options: &Options) -> Vec<[u32; 2]> {
-    if options.line_colour().is_none() {
-        return Vec::new();
-    }
-    let seen = |t: u32| colours[t as usize][3] > 0;
+/// The edges of `mesh` along which `options` have lines drawn, each once, by the colours of the lines, the most opaque
+/// last: all edges, or those between colours that differ enough, but none between triangles that are both transparent.
+/// A line is as opaque as the more opaque of its sides. `colours` are those before they are graded.
+pub fn outlined(mesh: &Mesh, colours: &[Rgba], options: &Options) -> Vec<(Rgba, Vec<[u32; 2]>)> {
+    let Some(outline) = options.line_colour() else { return Vec::new() };
     let style = Style::of(options);
+    let mut lines: BTreeMap<u8, (Rgba, Vec<[u32; 2]>)> = BTreeMap::new();
     let all = sides(mesh);
-    let each = all.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1));
-    each.filter(|edge| edge.iter().any(|side| seen(side.2)))
-        .filter(|edge| {
-            let colour = |side: &(u32, u32, u32)| colours[side.2 as usize];
-            style.is_lined(colour(&edge[0]), edge.get(1).map(colour))
-        })
-        .map(|edge| [edge[0].0, edge[0].1])
-        .collect()
+    for edge in all.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
+        let colour = |side: &(u32, u32, u32)| colours[side.2 as usize];
+        if let Some(line) = style.line(outline.0, colour(&edge[0]), edge.get(1).map(colour)) {
+            let (_, edges) = lines.entry(line[3]).or_insert((line, Vec::new()));
+            edges.push([edge[0].0, edge[0].1]);
+        }
+    }
+    lines.into_values().collect()
 }
 
 #[cfg(test)]
@@ -82,14 +83,20 @@ mod tests {
         let mut colours: Vec<_> = means(&mesh, &frame).iter().map(|fill| fill.colour).collect();
         let black = Some(Colour([0, 0, 0, 255]));
         let all = Options { outline: black, ..Options::default() };
-        let every = outlined(&mesh, &colours, &all).len();
+        let count = |colours: &[Rgba], options: &Options| -> usize {
+            outlined(&mesh, colours, options).iter().map(|(_, edges)| edges.len()).sum()
+        };
+        let every = count(&colours, &all);
         // Euler: vertices and triangles tell the number of edges.
         assert_eq!(every, mesh.vertices.len() + mesh.triangles.len() - 1);
-        assert_eq!(outlined(&mesh, &colours, &Options::default()).len(), 0);
+        assert_eq!(count(&colours, &Options::default()), 0);
         let some = Options { outline_contrast: 30, ..all.clone() };
-        let few = outlined(&mesh, &colours, &some).len();
+        let few = count(&colours, &some);
         assert!(few > 0 && few < every, "{few} of {every}");
+        colours[0][3] = 100;
+        let shades: Vec<_> = outlined(&mesh, &colours, &all).iter().map(|line| line.0).collect();
+        assert!(shades.len() == 2 && shades[0][3] == 100 && shades[1][3] == 255, "{shades:?}");
         colours.iter_mut().for_each(|colour| colour[3] = 0);
-        assert_eq!(outlined(&mesh, &colours, &all).len(), 0);
+        assert_eq!(count(&colours, &all), 0);
     }
 }

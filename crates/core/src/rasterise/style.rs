@@ -67,7 +67,7 @@ impl Style {
 
     /// The colour of the line of `outline` between triangles of two colours, or between one and the frame's border;
     /// `None` for no line. Its opacity is the larger one of the triangles'.
-    fn line(&self, outline: Rgba, here: Rgba, there: Option<Rgba>) -> Option<Rgba> {
+    pub(super) fn line(&self, outline: Rgba, here: Rgba, there: Option<Rgba>) -> Option<Rgba> {
         let wanted = self.is_lined(here, there);
         let alpha = u32::from(here[3].max(there.map_or(0, |there| there[3])));
         let [r, g, b, a] = outline;

@@ -52,10 +52,7 @@ impl AnimatedSvg {
         }
         let document = self.document.get_or_insert_with(|| Document::begin(mesh, options.title));
         self.frames.push((document.text.len(), start));
-        document.facets(mesh, colours, options.seams);
-        if let Some(lines) = &options.lines {
-            document.lines(mesh, lines);
-        }
+        document.frame(mesh, colours, options);
         Ok(())
     }
 

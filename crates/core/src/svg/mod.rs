@@ -45,7 +45,7 @@ impl Seams {
     }
 }
 
-/// Lines between facets.
+/// Lines between facets. Where they are not opaque, what lies below them does not show through.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lines<'a> {
     /// The mesh's edges that are drawn, by the numbers of their vertices.
@@ -63,8 +63,8 @@ pub struct SvgOptions<'a> {
     pub title: &'a str,
     /// What is done about seams. Default: underlap.
     pub seams: Seams,
-    /// Lines over the facets. Default: none.
-    pub lines: Option<Lines<'a>>,
+    /// Lines over the facets, later ones over earlier ones. Default: none.
+    pub lines: &'a [Lines<'a>],
 }
 
 /// Units of the document in one pixel: the finest of these that keeps steps between vertices short.
@@ -84,10 +84,7 @@ fn units_per_pixel(mesh: &Mesh) -> i32 {
 /// When there are not as many colours as triangles.
 pub fn to_svg(mesh: &Mesh, colours: &[Rgba], options: &SvgOptions<'_>) -> String {
     let mut svg = Document::begin(mesh, options.title);
-    svg.facets(mesh, colours, options.seams);
-    if let Some(lines) = &options.lines {
-        svg.lines(mesh, lines);
-    }
+    svg.frame(mesh, colours, options);
     svg.end()
 }
 
@@ -96,6 +93,7 @@ pub fn to_svg(mesh: &Mesh, colours: &[Rgba], options: &SvgOptions<'_>) -> String
 pub(crate) struct Document {
     text: String,
     units: i32,
+    masks: usize,
 }
 
 impl Document {
@@ -116,11 +114,38 @@ impl Document {
             let _ = writeln!(text, "<title>{}</title>", escaped(title));
         }
         let _ = writeln!(text, "<desc>low-poly by polyreel; {units} units are one pixel</desc>");
-        Self { text, units }
+        Self { text, units, masks: 0 }
+    }
+
+    /// The facets and lines of a mesh, each in a group.
+    pub(crate) fn frame(&mut self, mesh: &Mesh, colours: &[Rgba], options: &SvgOptions<'_>) {
+        let lines = options.lines;
+        let masked = lines.iter().any(|lines| lines.colour[3] < 255);
+        if masked {
+            self.masks += 1;
+            let (id, units) = (self.masks, self.units);
+            let [w, h] = [mesh.size.width, mesh.size.height].map(|side| (side as i32 + 2) * units);
+            let _ = writeln!(
+                self.text,
+                "<mask id=\"beside-lines-{id}\" maskUnits=\"userSpaceOnUse\" x=\"-{units}\" y=\"-{units}\" \
+                 width=\"{w}\" height=\"{h}\">\n<path fill=\"#fff\" d=\"m-{units}-{units}h{w}v{h}h-{w}z\"/>"
+            );
+            for line in lines {
+                self.lines(mesh, "", &Lines { colour: [0, 0, 0, 255], ..*line });
+            }
+            let _ = writeln!(self.text, "</mask>\n<g mask=\"url(#beside-lines-{id})\">");
+        }
+        self.facets(mesh, colours, options.seams);
+        if masked {
+            self.text.push_str("</g>\n");
+        }
+        for (i, line) in lines.iter().enumerate() {
+            self.lines(mesh, if i == 0 { " id=\"outline\"" } else { "" }, line);
+        }
     }
 
     /// The facets, in a group.
-    pub(crate) fn facets(&mut self, mesh: &Mesh, colours: &[Rgba], seams: Seams) {
+    fn facets(&mut self, mesh: &Mesh, colours: &[Rgba], seams: Seams) {
         assert_eq!(colours.len(), mesh.triangles.len(), "a colour a triangle");
         let vertices = self.rounded(mesh);
         let ground = ground(colours).filter(|_| seams != Seams::None);
@@ -173,13 +198,13 @@ impl Document {
         let _ = writeln!(self.text, " d=\"{}\"/>", data.text());
     }
 
-    fn lines(&mut self, mesh: &Mesh, lines: &Lines<'_>) {
+    fn lines(&mut self, mesh: &Mesh, id: &str, lines: &Lines<'_>) {
         let vertices = self.rounded(mesh);
         let [r, g, b, a] = lines.colour;
         let width = path::decimal(lines.width * f64::from(self.units), 2);
         let _ = write!(
             self.text,
-            "<g id=\"outline\" fill=\"none\" stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"{width}\" \
+            "<g{id} fill=\"none\" stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"{width}\" \
              stroke-linecap=\"round\" stroke-linejoin=\"round\""
         );
         if a < 255 {

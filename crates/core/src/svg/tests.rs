@@ -116,6 +116,39 @@ fn edges_lie_where_the_rasteriser_has_them() {
     }
 }
 
+/// Facets that are not opaque, scattered, so that at many vertices opaque ones lie in several patches.
+#[test]
+fn opaque_facets_between_others_have_no_seams() {
+    let (mesh, frame) = sample(600, opaque);
+    let mut colours = colours(&mesh, &frame);
+    for t in 0..colours.len() {
+        if rank(5, Purpose::Noise, t as u32, 3) % 3 == 0 {
+            colours[t][3] = 0;
+        }
+    }
+    let svg = to_svg(&mesh, &colours, &SvgOptions::default());
+    let zoom = 4;
+    let (width, pixels) = drawn(&svg, zoom as f32, [0; 4]);
+    // Pixels whose surroundings belong to opaque facets alone.
+    let scale = |v: u32| i64::from(v) * i64::from(crate::geom::SUBPIXEL) / i64::from(zoom);
+    let opaque_at = |x: u32, y: u32| {
+        let p = Point::new(scale(x) as i32 + 32, scale(y) as i32 + 32);
+        (0..colours.len()).any(|t| {
+            let [a, b, c] = mesh.triangle(t);
+            let inside = |from, to| crate::geom::orient(from, to, p) >= 0;
+            colours[t][3] == 255 && inside(a, b) && inside(b, c) && inside(c, a)
+        })
+    };
+    let faint: Vec<(u32, u32)> = (0u32..)
+        .zip(&pixels)
+        .filter(|(_, p)| (40..235).contains(&p[3]))
+        .map(|(i, _)| (i % width, i / width))
+        .filter(|&(x, y)| x > 1 && y > 1 && x < width - 2 && y < SIZE.height * zoom - 2)
+        .filter(|&(x, y)| (0..25).all(|k| opaque_at(x + k % 5 - 2, y + k / 5 - 2)))
+        .collect();
+    assert!(faint.is_empty(), "{} pixels, {:?}", faint.len(), &faint[..faint.len().min(5)]);
+}
+
 #[test]
 fn a_triangle_takes_few_bytes() {
     let (mesh, frame) = sample(600, opaque);
@@ -162,12 +195,31 @@ fn lines_and_titles_are_written() {
         .filter(|[a, b]| a < b)
         .collect();
     let lines = Lines { edges: &edges, colour: [255, 0, 0, 255], width: 2.0 };
-    let options =
-        SvgOptions { title: "a < b & c\u{1}", lines: Some(lines), ..SvgOptions::default() };
+    let options = SvgOptions { title: "a < b & c\u{1}", lines: &[lines], ..SvgOptions::default() };
     let svg = to_svg(&mesh, &colours(&mesh, &frame), &options);
     assert!(svg.contains("<title>a &lt; b &amp; c</title>"), "{svg}");
     assert!(svg.contains("id=\"outline\""));
     let (_, pixels) = drawn(&svg, 1.0, MAGENTA);
     let red = pixels.iter().filter(|p| p[0] > 240 && p[1] < 15 && p[2] < 15).count();
     assert!(red > 500, "{red} red pixels");
+}
+
+#[test]
+fn lines_that_are_not_opaque_are_as_opaque_as_asked() {
+    let (mesh, frame) = sample(12, opaque);
+    let colours = colours(&mesh, &frame);
+    let edges: Vec<[u32; 2]> =
+        mesh.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+    let lines = [Lines { edges: &edges, colour: [255, 0, 0, 100], width: 5.0 }];
+    let options = SvgOptions { lines: &lines, ..SvgOptions::default() };
+    let (_, pixels) = drawn(&to_svg(&mesh, &colours, &options), 1.0, [0; 4]);
+    // As the rasteriser has it: the line stands in place of the facets.
+    let red = pixels.iter().filter(|p| p[3].abs_diff(100) < 3 && p[0] > 250 && p[1] < 5).count();
+    assert!(red > 1000, "{red} pixels");
+    let mut svg = AnimatedSvg::default();
+    for start in [0.0, 1.0] {
+        svg.push(&mesh, &colours, start, &options).expect("small");
+    }
+    let text = svg.finish(2.0, None);
+    assert_eq!(text.matches("mask=\"url(#beside-lines-2)\"").count(), 1, "each frame has its own");
 }

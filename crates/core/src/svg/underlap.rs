@@ -38,15 +38,15 @@ pub(super) fn shapes(
     let around = Around::of(mesh);
     let ring = Rings { mesh, around: &around, vertices, colours, margin: 2 * pixel };
     let order = order(mesh, &around, colours);
-    let mut claimed = vec![false; mesh.vertices.len()];
+    // Corners of facets whose surroundings are covered already.
+    let mut claimed = vec![[false; 3]; mesh.triangles.len()];
     let mut shapes: Vec<Shape> = Vec::with_capacity(order.len());
     for &t in &order {
         let mut polygons = Vec::new();
         for i in 0..3 {
-            let v = mesh.triangles[t as usize][i];
-            if !claimed[v as usize] {
-                claimed[v as usize] = true;
-                polygons.push(ring.around(v, t, &claimed));
+            if !claimed[t as usize][i] {
+                let v = mesh.triangles[t as usize][i];
+                polygons.push(ring.around(v, t, &mut claimed));
             }
         }
         if polygons.is_empty() {
@@ -145,10 +145,16 @@ struct Rings<'a> {
 }
 
 impl Rings<'_> {
-    /// The polygon around `v` that facet `t` covers: the opaque facets there, from `t` on in both directions.
-    fn around(&self, v: u32, t: u32, claimed: &[bool]) -> Vec<u32> {
+    /// The polygon around `v` that facet `t` covers: the opaque facets there, from `t` on in both directions, whose
+    /// corners there become claimed.
+    fn around(&self, v: u32, t: u32, claimed: &mut [[bool; 3]]) -> Vec<u32> {
         let wedges = self.around.at(v);
         let opaque = |t: u32| self.colours[t as usize][3] == 255;
+        let mut claim = |t: u32| {
+            let corners = self.mesh.triangles[t as usize];
+            (0..3).filter(|&i| corners[i] == v).for_each(|i| claimed[t as usize][i] = true);
+        };
+        claim(t);
         let Some(&(from, to, _)) = wedges.iter().find(|wedge| wedge.2 == t) else {
             return self.mesh.triangles[t as usize].to_vec();
         };
@@ -156,17 +162,22 @@ impl Rings<'_> {
         loop {
             let last = ring[ring.len() - 1];
             match wedges.iter().find(|wedge| wedge.0 == last && opaque(wedge.2)) {
-                Some(&(_, next, _)) if next == ring[0] => {
+                Some(&(_, next, t)) if next == ring[0] => {
+                    claim(t);
                     return self.thinned(v, [from, to], ring.into(), claimed);
                 }
-                Some(&(_, next, _)) if ring.len() <= wedges.len() => ring.push_back(next),
+                Some(&(_, next, t)) if ring.len() <= wedges.len() => {
+                    claim(t);
+                    ring.push_back(next);
+                }
                 _ => break,
             }
         }
-        while let Some(&(before, _, _)) =
+        while let Some(&(before, _, t)) =
             wedges.iter().find(|wedge| wedge.1 == ring[0] && opaque(wedge.2))
             && ring.len() <= wedges.len()
         {
+            claim(t);
             ring.push_front(before);
         }
         // The patch ends here: the vertex is a corner of the polygon.
@@ -175,15 +186,26 @@ impl Rings<'_> {
     }
 
     /// The closed `ring` around `v` without points that nothing needs. Those in `kept` are the facet's own.
-    fn thinned(&self, v: u32, kept: [u32; 2], mut ring: Vec<u32>, claimed: &[bool]) -> Vec<u32> {
+    fn thinned(
+        &self,
+        v: u32,
+        kept: [u32; 2],
+        mut ring: Vec<u32>,
+        claimed: &[[bool; 3]],
+    ) -> Vec<u32> {
+        // Where opaque facets meet others at a point in several patches, each patch is covered by itself.
+        let is_claimed = |here: u32| {
+            self.around.at(here).iter().all(|&(_, _, t)| {
+                let corner = self.mesh.triangles[t as usize].iter().position(|&v| v == here);
+                self.colours[t as usize][3] < 255
+                    || corner.is_some_and(|corner| claimed[t as usize][corner])
+            })
+        };
         let mut i = 0;
         while i < ring.len() && ring.len() > 3 {
             let [before, here, after] =
                 [i + ring.len() - 1, i, i + 1].map(|i| ring[i % ring.len()]);
-            if !kept.contains(&here)
-                && claimed[here as usize]
-                && self.can_skip(v, before, here, after)
-            {
+            if !kept.contains(&here) && is_claimed(here) && self.can_skip(v, before, here, after) {
                 ring.remove(i);
             } else {
                 i += 1;

@@ -1,4 +1,4 @@
-//! SVG: one picture, a numbered series, or one animated file.
+//! Files of one mesh: SVG, OBJ and PLY, one or a numbered series; and animated SVG.
 
 use std::fs::File;
 use std::io::Write;
@@ -10,14 +10,36 @@ use super::still::nothing;
 use super::{Needs, Origin, Picture, Sink, SinkOptions};
 use crate::error::{Error, Result};
 use crate::frame::{Buffers, Rational};
+use crate::model::{to_obj, to_ply};
 use crate::options::Options;
 use crate::rasterise::Grade;
 use crate::stream::{Loops, StreamInfo};
 use crate::svg::{AnimatedSvg, Lines, Seams, SvgOptions, to_svg};
 
-/// What all of them have: how facets become SVG.
+/// The format of a file of one mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    Svg,
+    Obj,
+    Ply,
+}
+
+impl Format {
+    /// The format that files with this extension have.
+    pub(crate) fn of_extension(extension: &str) -> Option<Self> {
+        Some(match extension {
+            "svg" => Self::Svg,
+            "obj" => Self::Obj,
+            "ply" => Self::Ply,
+            _ => return None,
+        })
+    }
+}
+
+/// What all of them have: how facets become bytes.
 #[derive(Debug)]
 struct Writer {
+    format: Format,
     look: Options,
     grade: Grade,
     seams: Seams,
@@ -28,11 +50,11 @@ struct Writer {
 const NEEDS: Needs = Needs { form: None, edges: None, origin: true, plain: true, live: false };
 
 impl Writer {
-    fn new(options: &SinkOptions) -> Self {
+    fn new(format: Format, options: &SinkOptions) -> Self {
         let stem = options.inputs.first().and_then(|input| input.file_stem());
         let title = stem.map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let grade = Grade::of(&options.look);
-        Self { look: options.look.clone(), grade, seams: options.seams, title }
+        Self { format, look: options.look.clone(), grade, seams: options.seams, title }
     }
 
     /// Calls `write` with the graded colours and everything else that there is to say of `facets`.
@@ -41,44 +63,53 @@ impl Writer {
         facets: &Facets,
         write: impl FnOnce(&[crate::frame::Rgba], &SvgOptions<'_>) -> T,
     ) -> T {
-        let edges = facets.outlined(&self.look);
+        let outlined = facets.outlined(&self.look);
         let width = f64::from(self.look.outline_width);
-        let lines =
-            self.look.line_colour().map(|colour| Lines { edges: &edges, colour: colour.0, width });
-        let options = SvgOptions { title: &self.title, seams: self.seams, lines };
+        let lines: Vec<_> = outlined
+            .iter()
+            .map(|(colour, edges)| Lines { edges, colour: *colour, width })
+            .collect();
+        let options = SvgOptions { title: &self.title, seams: self.seams, lines: &lines };
         write(&facets.graded(&mut self.grade), &options)
     }
 
-    fn text(&mut self, facets: &Facets) -> String {
-        self.with(facets, |colours, options| to_svg(&facets.mesh, colours, options))
+    fn bytes(&mut self, facets: &Facets) -> Vec<u8> {
+        let mesh = &facets.mesh;
+        match self.format {
+            Format::Svg => {
+                self.with(facets, |colours, options| to_svg(mesh, colours, options)).into_bytes()
+            }
+            Format::Obj => to_obj(mesh, &facets.graded(&mut self.grade)).into_bytes(),
+            Format::Ply => to_ply(mesh, &facets.graded(&mut self.grade)),
+        }
     }
 }
 
-fn write_all(text: &str, mut file: &File, named: &Path) -> Result<()> {
-    file.write_all(text.as_bytes())
+fn write_all(bytes: &[u8], mut file: &File, named: &Path) -> Result<()> {
+    file.write_all(bytes)
         .map_err(|error| Error::output(named, format!("cannot be written: {error}")))
 }
 
 /// One picture in one file.
 #[derive(Debug)]
-pub(crate) struct SvgStill {
+pub(crate) struct MeshStill {
     writer: Writer,
     place: Place,
     written: bool,
 }
 
-impl SvgStill {
+impl MeshStill {
     /// A picture at `output`.
     ///
     /// # Errors
     /// As [`Place::reserve`].
-    pub(crate) fn create(output: &Path, options: &SinkOptions) -> Result<Self> {
+    pub(crate) fn create(output: &Path, format: Format, options: &SinkOptions) -> Result<Self> {
         let place = Place::reserve(output, options)?;
-        Ok(Self { writer: Writer::new(options), place, written: false })
+        Ok(Self { writer: Writer::new(format, options), place, written: false })
     }
 }
 
-impl Sink for SvgStill {
+impl Sink for MeshStill {
     fn needs(&self) -> Needs {
         NEEDS
     }
@@ -89,7 +120,7 @@ impl Sink for SvgStill {
             return Err(Error::output(named, "one picture cannot hold a second frame"));
         }
         let facets = Facets::of(picture, origin)?;
-        write_all(&self.writer.text(&facets), self.place.file(), named)?;
+        write_all(&self.writer.bytes(&facets), self.place.file(), named)?;
         Ok(Buffers::default())
     }
 
@@ -103,19 +134,19 @@ impl Sink for SvgStill {
 
 /// Numbered pictures.
 #[derive(Debug)]
-pub(crate) struct SvgSeries {
+pub(crate) struct MeshSeries {
     writer: Writer,
     series: Series,
 }
 
-impl SvgSeries {
+impl MeshSeries {
     /// Pictures that go to the places of `series`.
-    pub(crate) fn create(series: Series, options: &SinkOptions) -> Self {
-        Self { writer: Writer::new(options), series }
+    pub(crate) fn create(series: Series, format: Format, options: &SinkOptions) -> Self {
+        Self { writer: Writer::new(format, options), series }
     }
 }
 
-impl Sink for SvgSeries {
+impl Sink for MeshSeries {
     fn needs(&self) -> Needs {
         NEEDS
     }
@@ -123,7 +154,7 @@ impl Sink for SvgSeries {
     fn write(&mut self, picture: Picture, origin: Option<Origin>) -> Result<Buffers> {
         let facets = Facets::of(picture, origin)?;
         let (file, named) = self.series.file()?;
-        write_all(&self.writer.text(&facets), &file, &named)?;
+        write_all(&self.writer.bytes(&facets), &file, &named)?;
         Ok(Buffers::default())
     }
 
@@ -158,7 +189,7 @@ impl SvgAnimation {
         let usual = info.rate.and_then(Rational::recip).unwrap_or(Rational { num: 1, den: 25 });
         let (loops, end) = (options.loops.unwrap_or(info.loops), Rational::ZERO);
         Ok(Self {
-            writer: Writer::new(options),
+            writer: Writer::new(Format::Svg, options),
             place,
             svg: AnimatedSvg::default(),
             loops,
@@ -195,7 +226,7 @@ impl Sink for SvgAnimation {
         if text.is_empty() {
             return Err(nothing(self.place.named()));
         }
-        write_all(&text, self.place.file(), self.place.named())?;
+        write_all(text.as_bytes(), self.place.file(), self.place.named())?;
         self.place.commit()
     }
 }
