@@ -14,7 +14,8 @@ pub(super) struct Apexes {
     columns: i32,
     rows: i32,
     starts: Vec<u32>,
-    vertices: Vec<u32>,
+    /// The vertices of each cell, and where they stand.
+    vertices: Vec<(u32, Point)>,
     /// Vertices that some edge has touched.
     reached: Vec<bool>,
 }
@@ -47,19 +48,17 @@ impl Best {
         sure + if self.closes { 8 } else { 0 } + wide
     }
 
-    fn add(&mut self, vertex: u32, cotangent: f64, closes: bool) {
+    /// Where a vertex would stand among them; 3 is nowhere.
+    fn place(&self, vertex: u32, cotangent: f64) -> usize {
         let better = |i: usize| (cotangent, vertex) < (self.cotangents[i], self.vertices[i]);
-        let place = (0..self.vertices.len()).find(|&i| better(i)).unwrap_or(self.vertices.len());
-        if place == 3 {
-            return;
-        }
+        (0..self.vertices.len()).find(|&i| better(i)).unwrap_or(self.vertices.len())
+    }
+
+    fn put(&mut self, place: usize, vertex: u32, cotangent: f64) {
         self.vertices.truncate(2.max(place));
         self.cotangents.truncate(2.max(place));
         self.vertices.insert(place, vertex);
         self.cotangents.insert(place, cotangent);
-        if place == 0 {
-            self.closes = closes;
-        }
     }
 }
 
@@ -81,10 +80,10 @@ impl Apexes {
         let mut starts = Vec::new();
         crate::mesh::starts(&mut starts, (columns * rows) as usize, points.iter().map(place));
         let mut at = starts.clone();
-        let mut vertices = vec![0; points.len()];
+        let mut vertices = vec![(0, Point::default()); points.len()];
         for (p, v) in points.iter().zip(0u32..) {
             let at = &mut at[place(p) as usize];
-            vertices[*at as usize] = v;
+            vertices[*at as usize] = (v, *p);
             *at += 1;
         }
         let mut reached = vec![false; points.len()];
@@ -115,26 +114,31 @@ impl Apexes {
         // Where just one open edge goes on from b, and bends to the left, no apex can lie beyond it.
         let next = open.only_from(b).map(|v| (v, points[v as usize]));
         let next = next.filter(|&(_, n)| orient(p, q, n) > 0);
-        for v in self.near(p, q) {
-            if v == a || v == b || Some(v) == except || !self.can_be(v, open) {
-                continue;
-            }
-            let c = points[v as usize];
+        for &(v, c) in self.near(p, q) {
             let area = orient(p, q, c);
-            if area <= 0 || next.is_some_and(|(n, at)| n != v && orient(q, at, c) <= 0) {
+            if area <= 0 {
                 continue;
             }
             let dot = i64::from(p.x - c.x) * i64::from(q.x - c.x)
                 + i64::from(p.y - c.y) * i64::from(q.y - c.y);
             // Both are below 2^53: the quotient is the same on any machine.
-            let closes = open.is_open(b, v) || open.is_open(v, a);
-            best.add(v, dot as f64 / area as f64, closes);
+            let cotangent = dot as f64 / area as f64;
+            let place = best.place(v, cotangent);
+            // What takes longest to find out is asked last, of few.
+            if place == 3 || v == a || v == b || Some(v) == except || !self.can_be(v, open) {
+                continue;
+            }
+            if next.is_none_or(|(n, at)| n == v || orient(q, at, c) > 0) {
+                best.put(place, v, cotangent);
+            }
         }
+        best.closes =
+            best.vertices.first().is_some_and(|&v| open.is_open(b, v) || open.is_open(v, a));
         best
     }
 
     /// The vertices in the cells around the edge from `p` to `q`, row by row.
-    fn near(&self, p: Point, q: Point) -> impl Iterator<Item = u32> {
+    fn near(&self, p: Point, q: Point) -> impl Iterator<Item = &(u32, Point)> {
         let long = (p.x - q.x).abs().max((p.y - q.y).abs());
         let margin = long.clamp(self.cell, MOST_MARGIN * self.cell);
         let cells = |a: i32, b: i32, count: i32| {
@@ -149,7 +153,7 @@ impl Apexes {
         rows.flat_map(move |row| {
             let [start, end] =
                 [left, right + 1].map(|x| self.starts[(row * self.columns + x) as usize]);
-            self.vertices[start as usize..end as usize].iter().copied()
+            self.vertices[start as usize..end as usize].iter()
         })
     }
 }
