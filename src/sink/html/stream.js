@@ -463,7 +463,7 @@ function readFrame({ isKey, from, to }) {
 // The triangles to paint, of facets and of lines: corners in 1/256 pixel (x, y, x, y, x, y), and a colour of 32 bits.
 function shapes(look) {
   const corners = [], colours = [], { x, y, triangles, edges } = S, seenColours = graded(look);
-  const word = (r, g, b, a) => (r | g << 8 | b << 16 | a << 24) >>> 0;
+  const word = (r, g, b, a) => a ? (r | g << 8 | b << 16 | a << 24) >>> 0 : 0;
   for (let t = 0; 3 * t < triangles.length; t++) {
     for (let i = 3 * t; i < 3 * t + 3; i++) corners.push(x[triangles[i]], y[triangles[i]]);
     colours.push(word(...seenColours.subarray(4 * t, 4 * t + 4)));
