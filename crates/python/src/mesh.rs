@@ -113,15 +113,14 @@ impl Mesh {
             })?;
         let mesh = self.mesh(py);
         Ok(py.detach(|| {
-            let edges = outlined(&mesh, &self.plain, &self.look);
+            let outlined = outlined(&mesh, &self.plain, &self.look);
             let width = f64::from(self.look.outline_width);
-            let lines = self.look.line_colour().map(|colour| Lines {
-                edges: &edges,
-                colour: colour.0,
-                width,
-            });
+            let lines: Vec<_> = outlined
+                .iter()
+                .map(|(colour, edges)| Lines { edges, colour: *colour, width })
+                .collect();
             let graded = Grade::of(&self.look).graded(&mesh, &self.plain);
-            to_svg(&mesh, &graded, &SvgOptions { title, seams, lines })
+            to_svg(&mesh, &graded, &SvgOptions { title, seams, lines: &lines })
         }))
     }
 
