@@ -59,13 +59,11 @@ impl MeshSink<Page> {
     /// As [`MeshSink::create`].
     pub(crate) fn page(output: &Path, info: &StreamInfo, options: &SinkOptions) -> Result<Self> {
         let look = &options.look;
-        let plain = Options {
-            edges: look.edges,
-            outline: look.line_colour(),
-            outline_width: look.outline_width,
-            outline_contrast: look.outline_contrast,
-            ..Options::default()
-        };
+        let mut plain = Options::default();
+        plain.edges = look.edges;
+        plain.outline = look.line_colour();
+        plain.outline_width = look.outline_width;
+        plain.outline_contrast = look.outline_contrast;
         let grade = Grade::of(look);
         let plain = SinkOptions { look: plain, ..options.clone() };
         let sink = Self::begin(output, info, &plain, |file| Page::begin(file, info, options))?;
