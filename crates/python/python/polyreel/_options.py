@@ -101,24 +101,6 @@ class LookOptions(TypedDict, total=False):
     """Differences of luma above which the diffusion takes them for edges, up to 1000 [default: 50]"""
     diffusion_gamma: float | None
     """Length of a step of the diffusion, up to 0.25 [default: 0.25]"""
-    fill: Literal["mean", "median", "centroid", "linear", "gouraud", "none"] | None
-    """What triangles are filled with: their mean or median colour, that at their centroid, a plane of colour
-    (linear), colours that go on over edges (gouraud), or none: lines on transparency [default: mean]"""
-    contrast: float | None
-    """How far light and dark lie apart, 0 to 4, in steps that look equal [default: 1]"""
-    chroma: float | None
-    """As --saturation, but lightness and hue stay: skin does not burn [default: 1]"""
-    duotone: Text | None
-    """Print in two tones: colours in place of black and white (navy,#ffe8c0) [default: none]"""
-    palette: Text | None
-    """The colours that the picture may have: a number of them, learned from the first frame and kept; a list
-    (#102030,gold,white); or a file of them, .gpl or .hex [default: none]"""
-    shape: Literal["triangles", "polygons", "voronoi"] | None
-    """What is filled and outlined together: triangles, polygons (panes of like colour), or the cells of a Voronoi
-    diagram [default: triangles]"""
-    focus: Text | None
-    """Where the picture gets more and smaller facets: saliency, found in every frame; X,Y,R, a place and a radius
-    (50%,40%,20%, or pixels); or MASK, a picture that is light there [default: none]"""
 
 
 class FileOptions(LookOptions, total=False):
