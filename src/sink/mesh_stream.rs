@@ -57,6 +57,10 @@ impl MeshSink<Page> {
     ///
     /// # Errors
     /// As [`MeshSink::create`].
+    #[allow(
+        clippy::field_reassign_with_default,
+        reason = "without the feature `literals` options can be set no other way"
+    )]
     pub(crate) fn page(output: &Path, info: &StreamInfo, options: &SinkOptions) -> Result<Self> {
         let look = &options.look;
         let mut plain = Options::default();
