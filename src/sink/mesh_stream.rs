@@ -57,17 +57,17 @@ impl MeshSink<Page> {
     ///
     /// # Errors
     /// As [`MeshSink::create`].
-    #[allow(
-        clippy::field_reassign_with_default,
-        reason = "without the feature `literals` options can be set no other way"
-    )]
     pub(crate) fn page(output: &Path, info: &StreamInfo, options: &SinkOptions) -> Result<Self> {
         let look = &options.look;
-        let mut plain = Options::default();
-        plain.edges = look.edges;
+        let neutral = Options::default();
+        let mut plain = look.clone();
         plain.outline = look.line_colour();
-        plain.outline_width = look.outline_width;
-        plain.outline_contrast = look.outline_contrast;
+        plain.saturation = neutral.saturation;
+        plain.wash = neutral.wash;
+        plain.contrast = neutral.contrast;
+        plain.chroma = neutral.chroma;
+        plain.duotone = neutral.duotone;
+        plain.palette = neutral.palette;
         let grade = Grade::of(look);
         let plain = SinkOptions { look: plain, ..options.clone() };
         let sink = Self::begin(output, info, &plain, |file| Page::begin(file, info, options))?;
