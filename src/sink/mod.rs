@@ -281,6 +281,7 @@ pub fn create(
 }
 
 /// Whether pictures of pixels with the lower-case `extension` can be written.
+#[cfg(feature = "cli")]
 pub(crate) fn is_still(extension: &str) -> bool {
     Format::of_extension(extension).is_some()
 }

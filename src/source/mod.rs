@@ -47,6 +47,7 @@ use crate::frame::{Frame, Rational};
 use crate::memory;
 use crate::stream::{Span, StreamInfo};
 
+#[cfg(feature = "cli")]
 pub(crate) use detect::is_called_picture;
 
 use detect::Kind;
