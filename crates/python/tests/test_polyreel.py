@@ -256,6 +256,8 @@ def test_two_threads_cannot_pull_one_stream():
 
 
 def interrupt_in(seconds):
+    # A shell starts what runs in its background with the signal ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(seconds, lambda: os.kill(os.getpid(), signal.SIGINT))
     timer.start()
     return timer
