@@ -56,12 +56,10 @@ pub fn some_edges(
     width: u32,
     wanted: impl Fn(u32, u32) -> bool,
 ) -> u32 {
-    let sides = sides(mesh);
     let brush = brush(width);
     let mut drawn = 0;
-    for pair in sides.windows(2) {
-        let [(a, b, t), (c, d, u)] = [pair[0], pair[1]];
-        if (a, b) == (c, d) && wanted(t, u) {
+    for ([a, b], [t, u]) in inner_edges(mesh) {
+        if wanted(t, u) {
             let ends = (mesh.vertices[a as usize], mesh.vertices[b as usize]);
             drawn += stroke(pixels, mesh.size, ends, colour, &brush);
         }
@@ -109,6 +107,16 @@ pub(crate) fn sides(mesh: &Mesh) -> Vec<(u32, u32, u32)> {
         .collect();
     sides.sort_unstable();
     sides
+}
+
+/// The edges between two triangles, in order: the ends, the smaller first, and the triangles.
+pub(crate) fn inner_edges(mesh: &Mesh) -> Vec<([u32; 2], [u32; 2])> {
+    let sides = sides(mesh);
+    let pairs = sides.windows(2).map(|pair| (pair[0], pair[1]));
+    pairs
+        .filter(|((a, b, _), (c, d, _))| (a, b) == (c, d))
+        .map(|((a, b, t), (_, _, u))| ([a, b], [t, u]))
+        .collect()
 }
 
 /// The rows of a disc, from the top: how far below the middle each is, its first and its last column.

@@ -28,21 +28,27 @@ pub fn triangulate(size: Size, seeds: &[Point]) -> Result<Mesh> {
     let mut vertices = Vec::with_capacity(seeds.len() + 4);
     vertices.extend(Mesh::corners(size));
     vertices.extend_from_slice(seeds);
-    let numbered = (0u32..)
-        .zip(&vertices)
-        .map(|(number, p)| Numbered { at: Point2::new(p.x.into(), p.y.into()), number })
-        .collect();
-    let delaunay = DelaunayTriangulation::<Numbered>::bulk_load(numbered)
-        .expect("coordinates are small whole numbers, which spade accepts");
-    if delaunay.num_vertices() != vertices.len() {
+    let (distinct, triangles) = delaunay(vertices.iter().map(|p| (p.x.into(), p.y.into())));
+    if distinct != vertices.len() {
         return Err(Error::DuplicateSeeds);
     }
+    Ok(Mesh::new(size, vertices, triangles))
+}
+
+/// The number of distinct `points`, which are finite, and their Delaunay triangles in canonical order.
+pub(crate) fn delaunay(points: impl Iterator<Item = (f64, f64)>) -> (usize, Vec<[u32; 3]>) {
+    let numbered = (0u32..)
+        .zip(points)
+        .map(|(number, (x, y))| Numbered { at: Point2::new(x, y), number })
+        .collect();
+    let delaunay = DelaunayTriangulation::<Numbered>::bulk_load(numbered)
+        .expect("coordinates are finite and of a size that spade accepts");
     let mut triangles: Vec<[u32; 3]> = delaunay
         .inner_faces()
         .map(|face| face.vertices().map(|vertex| vertex.data().number))
         .collect();
     Mesh::canonicalise(&mut triangles);
-    Ok(Mesh::new(size, vertices, triangles))
+    (delaunay.num_vertices(), triangles)
 }
 
 #[cfg(test)]

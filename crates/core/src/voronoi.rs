@@ -5,10 +5,9 @@
 
 use std::collections::HashMap;
 
-use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
-
 use crate::geom::{Point, SUBPIXEL, Size, orient};
 use crate::mesh::{CORNERS, DERIVED, Mesh};
+use crate::triangulate::delaunay;
 
 /// Centres that are closer together than this, in 1/256 pixel, share a cell.
 const CLOSEST: i32 = 2 * SUBPIXEL;
@@ -18,19 +17,6 @@ const FAR: f64 = 8.0;
 
 /// Times that centres are left out whose cells have no room on the grid of 1/256 pixel.
 const TRIES: usize = 8;
-
-/// A centre on its way through the library, which reorders.
-struct Numbered {
-    at: Point2<f64>,
-    number: u32,
-}
-
-impl HasPosition for Numbered {
-    type Scalar = f64;
-    fn position(&self) -> Point2<f64> {
-        self.at
-    }
-}
 
 /// A triangle at a centre: from which neighbour to which it goes, and the middle of its circle.
 type Wedge = (u32, u32, (f64, f64));
@@ -150,23 +136,13 @@ fn polygons(size: Size, sites: &[Site]) -> Vec<Vec<Point>> {
         (width / 2.0, -reach),
         (width / 2.0, height + reach),
     ];
-    let places = sites.iter().map(|(p, _)| (f64::from(p.x), f64::from(p.y))).chain(ghosts);
-    let numbered: Vec<_> = (0u32..)
-        .zip(places)
-        .map(|(number, (x, y))| Numbered { at: Point2::new(x, y), number })
-        .collect();
-    let at: Vec<Point2<f64>> = numbered.iter().map(|n| n.at).collect();
-    let delaunay = DelaunayTriangulation::<Numbered>::bulk_load(numbered)
-        .expect("coordinates are finite, which the library accepts");
-    let mut triangles: Vec<[u32; 3]> = delaunay
-        .inner_faces()
-        .map(|face| face.vertices().map(|vertex| vertex.data().number))
-        .collect();
-    Mesh::canonicalise(&mut triangles);
+    let centres = sites.iter().map(|(p, _)| (f64::from(p.x), f64::from(p.y)));
+    let places: Vec<(f64, f64)> = centres.chain(ghosts).collect();
+    let (_, triangles) = delaunay(places.iter().copied());
     // For each site the triangles around it: from which neighbour to which, and the middle of the circle.
     let mut around: Vec<Vec<Wedge>> = vec![Vec::new(); sites.len()];
     for &[a, b, c] in &triangles {
-        let middle = circumcentre([a, b, c].map(|v| at[v as usize]));
+        let middle = circumcentre([a, b, c].map(|v| places[v as usize]));
         for (site, from, to) in [(a, b, c), (b, c, a), (c, a, b)] {
             if let Some(around) = around.get_mut(site as usize) {
                 around.push((from, to, middle));
@@ -188,12 +164,12 @@ fn ring(wedges: &[Wedge]) -> Vec<(f64, f64)> {
     ring
 }
 
-fn circumcentre([a, b, c]: [Point2<f64>; 3]) -> (f64, f64) {
-    let (bx, by) = (b.x - a.x, b.y - a.y);
-    let (cx, cy) = (c.x - a.x, c.y - a.y);
+fn circumcentre([a, b, c]: [(f64, f64); 3]) -> (f64, f64) {
+    let (bx, by) = (b.0 - a.0, b.1 - a.1);
+    let (cx, cy) = (c.0 - a.0, c.1 - a.1);
     let doubled = 2.0 * (bx * cy - by * cx);
     let (b2, c2) = (bx * bx + by * by, cx * cx + cy * cy);
-    (a.x + (cy * b2 - by * c2) / doubled, a.y + (bx * c2 - cx * b2) / doubled)
+    (a.0 + (cy * b2 - by * c2) / doubled, a.1 + (bx * c2 - cx * b2) / doubled)
 }
 
 /// The polygon's part inside the frame (Sutherland and Hodgman, 1974).

@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 
 use super::colours::Colours;
-use crate::draw::sides;
+use crate::draw::inner_edges;
 use crate::feature::lab;
 use crate::frame::{Fill, Rgba};
 use crate::mesh::{DERIVED, Mesh};
@@ -67,21 +67,17 @@ impl Panes {
 
     /// The edges between two triangles, those of the most similar ones first.
     fn edges(&self, mesh: &Mesh, fills: &[Fill], coherence: f64) -> Vec<Edge> {
-        let sides = sides(mesh);
         let mut before = self.before.iter().peekable();
         let colours: Vec<_> = fills.iter().map(|fill| lab::of(fill.colour)).collect();
-        let pairs =
-            sides.windows(2).filter(|pair| (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1));
-        let mut edges: Vec<Edge> = pairs
-            .map(|pair| {
-                let ends = [pair[0].0, pair[0].1];
+        let mut edges: Vec<Edge> = inner_edges(mesh)
+            .into_iter()
+            .map(|(ends, triangles)| {
                 while before.next_if(|(last, _)| *last < ends).is_some() {}
                 let share = match before.next_if(|(last, _)| *last == ends) {
                     Some((_, true)) => 1.0 + coherence * (KEPT - 1.0),
                     Some((_, false)) => 1.0 + coherence * (BARRED - 1.0),
                     None => 1.0,
                 };
-                let triangles = [pair[0].2, pair[1].2];
                 let [a, b] = triangles.map(|t| colours[t as usize]);
                 Edge { apart: distance(a, b), ends, triangles, like: share * LIKE }
             })
@@ -193,12 +189,10 @@ pub(super) fn fill_cells(mesh: &Mesh, fills: &mut [Fill], colours: &mut Colours,
 /// Changes colours, by the vertex that is the centre, so that no two cells that touch have the same.
 fn tell_apart(mesh: &Mesh, centres: &[u32], colours: &mut [Rgba]) {
     let mut touching: Vec<(u32, u32)> = Vec::new();
-    for pair in sides(mesh).windows(2) {
-        if (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1) {
-            let [t, u] = [pair[0].2, pair[1].2].map(|t| centres[t as usize]);
-            if t != u {
-                touching.push((t.max(u), t.min(u)));
-            }
+    for (_, triangles) in inner_edges(mesh) {
+        let [t, u] = triangles.map(|t| centres[t as usize]);
+        if t != u {
+            touching.push((t.max(u), t.min(u)));
         }
     }
     touching.sort_unstable();
@@ -294,9 +288,8 @@ mod tests {
         let (first, count) = colours(&mut panes, 1);
         assert!((2..mesh.triangles.len() / 3).contains(&count), "{count}");
         let labels = |all: &[Rgba]| {
-            let pairs = sides(&mesh);
-            let pairs = pairs.windows(2).filter(|p| (p[0].0, p[0].1) == (p[1].0, p[1].1));
-            pairs.map(|p| all[p[0].2 as usize] == all[p[1].2 as usize]).collect::<Vec<_>>()
+            let alike = |(_, [t, u]): ([u32; 2], [u32; 2])| all[t as usize] == all[u as usize];
+            inner_edges(&mesh).into_iter().map(alike).collect::<Vec<_>>()
         };
         for grain in 2..9 {
             let (next, _) = colours(&mut panes, grain);
@@ -327,12 +320,10 @@ mod tests {
             let mut fills = means(&mesh, &frame);
             fill_cells(&mesh, &mut fills, &mut Colours::default(), 0.4);
             let centres = centres(&mesh);
-            for pair in sides(&mesh).windows(2) {
-                if (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1) {
-                    let [t, u] = [pair[0].2 as usize, pair[1].2 as usize];
-                    let alike = fills[t].colour == fills[u].colour;
-                    assert_eq!(alike, centres[t] == centres[u], "{:?}", fills[t]);
-                }
+            for (_, triangles) in inner_edges(&mesh) {
+                let [t, u] = triangles.map(|t| t as usize);
+                let alike = fills[t].colour == fills[u].colour;
+                assert_eq!(alike, centres[t] == centres[u], "{:?}", fills[t]);
             }
         }
     }

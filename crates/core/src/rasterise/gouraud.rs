@@ -1,7 +1,6 @@
 //! Colours at the vertices of a mesh, mixed in between, that are nearest to the pixels (least squares).
 
-use crate::parallel::prelude::*;
-
+use super::each_triangle_with;
 use super::gradient::Gradient;
 use crate::frame::{Fill, Frame};
 use crate::geom::{Point, SUBPIXEL};
@@ -15,9 +14,6 @@ const STEPS: usize = 24;
 /// to contours, and for vertices that no pixel is near to.
 const HOLD: f64 = 0.01;
 
-/// Triangles that are one piece of work.
-const PACK: usize = 256;
-
 /// What a triangle adds to the equations: of its three corners each with each, and each with the colours.
 #[derive(Clone, Copy, Debug, Default)]
 struct Part {
@@ -28,12 +24,7 @@ struct Part {
 /// The gradients of the triangles of `mesh`, whose mean colours and areas are `fills`.
 pub(super) fn gradients(mesh: &Mesh, frame: &Frame, fills: &[Fill]) -> Vec<Gradient> {
     let _ = frame.pixels();
-    let mut parts = vec![Part::default(); mesh.triangles.len()];
-    parts.par_chunks_mut(PACK).enumerate().for_each(|(pack, parts)| {
-        for (t, part) in (pack * PACK..).zip(parts) {
-            *part = Part::of(frame, mesh.triangle(t));
-        }
-    });
+    let parts = each_triangle_with(mesh, Part::default(), |_, triangle| Part::of(frame, triangle));
     let colours = solve(mesh, &parts, fills);
     let corners = mesh.triangles.iter().enumerate();
     corners.map(|(t, ids)| between(mesh.triangle(t), ids.map(|v| colours[v as usize]))).collect()

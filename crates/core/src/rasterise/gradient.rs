@@ -2,15 +2,16 @@
 
 use crate::parallel::prelude::*;
 
+use super::each_triangle_with;
 use crate::frame::{Fill, Frame, Rgba};
 use crate::geom::Point;
 use crate::mesh::Mesh;
 use crate::moments::{Moments, Slopes, origin};
-use crate::scan::{self, runs::BAND};
+use crate::scan::{
+    self,
+    runs::{BAND, Bands},
+};
 use crate::simd::dispatch;
-
-/// Triangles that are one piece of work.
-const PACK: usize = 256;
 
 /// A plane of colour over a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,41 +83,28 @@ fn byte(value: i64) -> u8 {
 pub(super) fn planes(mesh: &Mesh, frame: &Frame, fills: &[Fill]) -> Vec<Gradient> {
     let _ = frame.pixels();
     let unit = if frame.is_opaque() { 1.0 } else { 255.0 };
-    let mut planes = vec![Gradient::flat([0; 4]); fills.len()];
-    planes.par_chunks_mut(PACK).enumerate().for_each(|(pack, planes)| {
-        for (t, plane) in (pack * PACK..).zip(planes) {
-            let triangle = mesh.triangle(t);
-            let origin = origin(triangle);
-            let slopes = Moments::of(frame, triangle, origin).plane(unit);
-            *plane = slopes.map_or(Gradient::flat(fills[t].colour), |s| Gradient::of(&s, origin));
-        }
-    });
-    planes
+    each_triangle_with(mesh, Gradient::flat([0; 4]), |t, triangle| {
+        let origin = origin(triangle);
+        let slopes = Moments::of(frame, triangle, origin).plane(unit);
+        slopes.map_or(Gradient::flat(fills[t].colour), |s| Gradient::of(&s, origin))
+    })
 }
 
 /// Fills the triangles of `mesh` with `gradients`, one each, on `pixels`, which are of its size; alpha is that of
 /// `fills`. What has alpha 0 becomes transparent black.
 pub(super) fn paint(mesh: &Mesh, fills: &[Fill], gradients: &[Gradient], pixels: &mut [Rgba]) {
     let (width, height) = (mesh.size.width as usize, mesh.size.height);
-    let mut bands = vec![Vec::new(); height.div_ceil(BAND) as usize];
-    for t in 0..mesh.triangles.len() {
-        let rows = scan::rows(mesh.triangle(t));
-        if !rows.is_empty() {
-            for band in rows.start / BAND..=(rows.end - 1) / BAND {
-                bands[band as usize].push(t as u32);
-            }
-        }
-    }
-    let parts = pixels.par_chunks_mut(width * BAND as usize).zip(&bands).enumerate();
-    parts.for_each(|(band, (pixels, triangles))| {
+    let mut bands = Bands::default();
+    bands.sort(height, (0..mesh.triangles.len()).map(|t| (mesh.triangle(t), t)));
+    pixels.par_chunks_mut(width * BAND as usize).enumerate().for_each(|(band, pixels)| {
         let first = band as u32 * BAND;
         let rows = first..(first + BAND).min(height);
         dispatch(
             #[inline(always)]
             || {
-                for &t in triangles {
-                    let (gradient, alpha) = (&gradients[t as usize], fills[t as usize].colour[3]);
-                    scan::spans(mesh.triangle(t as usize), rows.clone(), |y, columns| {
+                for &(triangle, t) in bands.of(band) {
+                    let (gradient, alpha) = (&gradients[t], fills[t].colour[3]);
+                    scan::spans(triangle, rows.clone(), |y, columns| {
                         let start = (y - first) as usize * width + columns.start;
                         let row = &mut pixels[start..start + columns.len()];
                         if alpha == 0 {

@@ -24,9 +24,9 @@ pub(super) fn medians(
 ) {
     // Planes become pixels once, not on whichever thread comes first.
     let _ = frame.pixels();
-    let fills_now: Vec<Fill> = fills.to_vec();
-    let found = each_triangle_with(mesh, |t, triangle| {
-        let fill = fills_now[t];
+    let means = &*fills;
+    let found = each_triangle_with(mesh, Fill { colour: [0; 4], area: 0 }, |t, triangle| {
+        let fill = means[t];
         if fill.colour[3] == 0 || fill.area == 0 {
             return fill;
         }
@@ -43,7 +43,7 @@ pub(super) fn medians(
     fills.copy_from_slice(&found);
 }
 
-/// The lower median of each channel of the pixels that are seen, and of another colour that counts as so many.
+/// The lower median of each channel of the pixels that are seen. The colour of `last` counts as its number of pixels.
 fn median(frame: &Frame, triangle: [Point; 3], last: Option<(Rgba, u32)>) -> Option<[u8; 3]> {
     let mut counts = [[0u32; 256]; 3];
     let mut all = 0u32;

@@ -222,26 +222,31 @@ pub fn means(mesh: &Mesh, frame: &Frame) -> Vec<Fill> {
 fn each_triangle(mesh: &Mesh, find: impl Fn([Point; 3]) -> Fill + Sync) -> Vec<Fill> {
     each_triangle_with(
         mesh,
+        Fill { colour: [0; 4], area: 0 },
         #[inline(always)]
         |_, triangle| find(triangle),
     )
 }
 
-/// The same, of each triangle with its number.
-fn each_triangle_with(mesh: &Mesh, find: impl Fn(usize, [Point; 3]) -> Fill + Sync) -> Vec<Fill> {
-    let mut fills = vec![Fill { colour: [0; 4], area: 0 }; mesh.triangles.len()];
-    fills.par_chunks_mut(PACK).enumerate().for_each(|(pack, fills)| {
+/// The same for values of any type, of each triangle with its number. `initial` is replaced everywhere.
+fn each_triangle_with<T: Clone + Send>(
+    mesh: &Mesh,
+    initial: T,
+    find: impl Fn(usize, [Point; 3]) -> T + Sync,
+) -> Vec<T> {
+    let mut found = vec![initial; mesh.triangles.len()];
+    found.par_chunks_mut(PACK).enumerate().for_each(|(pack, found)| {
         dispatch(
             #[inline(always)]
             || {
-                for (i, fill) in fills.iter_mut().enumerate() {
+                for (i, value) in found.iter_mut().enumerate() {
                     let t = pack * PACK + i;
-                    *fill = find(t, mesh.triangle(t));
+                    *value = find(t, mesh.triangle(t));
                 }
             },
         );
     });
-    fills
+    found
 }
 
 #[inline(always)]

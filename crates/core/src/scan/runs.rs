@@ -14,17 +14,13 @@ const CLEAR: Rgba = [1, 0, 0, 0];
 /// Rows in one parallel piece of work.
 pub(crate) const BAND: u32 = 64;
 
-/// Triangles with their colours, by the bands of [`BAND`] rows that they overlap.
+/// Triangles, each with its colour or another value, by the bands of [`BAND`] rows that they overlap.
 #[derive(Debug, Default)]
-pub(crate) struct Bands(Vec<Vec<([Point; 3], Rgba)>>);
+pub(crate) struct Bands<T = Rgba>(Vec<Vec<([Point; 3], T)>>);
 
-impl Bands {
+impl<T: Copy> Bands<T> {
     /// Sorts the `triangles` of a picture of `height` rows into bands; reuses the memory.
-    pub(crate) fn sort(
-        &mut self,
-        height: u32,
-        triangles: impl Iterator<Item = ([Point; 3], Rgba)>,
-    ) {
+    pub(crate) fn sort(&mut self, height: u32, triangles: impl Iterator<Item = ([Point; 3], T)>) {
         self.0.iter_mut().for_each(Vec::clear);
         self.0.resize_with(height.div_ceil(BAND) as usize, Vec::new);
         for (triangle, colour) in triangles {
@@ -38,6 +34,13 @@ impl Bands {
         }
     }
 
+    /// The triangles of the `number`-th band.
+    pub(crate) fn of(&self, number: usize) -> &[([Point; 3], T)] {
+        &self.0[number]
+    }
+}
+
+impl Bands {
     /// Fills `pixels`, the rows of the `number`-th band, each `width` long: see [`fill`].
     pub(crate) fn fill(&self, number: usize, width: usize, pixels: &mut [Rgba]) {
         fill(self.0[number].iter().copied(), number as u32 * BAND, width, pixels);
