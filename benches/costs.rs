@@ -60,7 +60,7 @@ fn stages() {
     }
 }
 
-/// Fills, shapes and the like, each beside the default: carried frames at 1080p with one step, and 2,000 seeds.
+/// Fills, shapes and the like, each next to the default: carried frames at 1080p with one step, and 2,000 seeds.
 fn looks() {
     println!("\n| look | features | sample | triangulate | refine | rasterise | all |");
     println!("|---|--:|--:|--:|--:|--:|--:|");

@@ -111,7 +111,7 @@ pub(crate) fn render_to(
     let input = input?;
     let info = input.info().clone();
     if info.still {
-        // Nothing comes after it: --refine STEPS means just so many.
+        // Nothing comes after it: --refine STEPS means exactly that number.
         options.coherence = 0.0;
     }
     let record = record_of(args, input.paths(), output, interrupt)?;

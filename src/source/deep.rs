@@ -9,7 +9,7 @@ fn narrow(value: u16) -> u8 {
     ((u32::from(value) + 128) / 257) as u8
 }
 
-/// Appends pixels of so many `channels`: gray or red, green and blue, with alpha if there is one more.
+/// Appends pixels of `channels` values each: gray, or red, green and blue; one more is alpha.
 pub(super) fn push(
     pixels: &mut Vec<Rgba>,
     values: &[u16],

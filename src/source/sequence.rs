@@ -24,7 +24,7 @@ pub(crate) fn open_still(
     options: &SourceOptions,
 ) -> Result<Input> {
     let Header { size, alpha, left_out } = still::header(&path, format, Decoding::of(options))?;
-    let warning = left_out.map(|what| told(&path, what));
+    let warning = left_out.map(|what| left_out_warning(&path, what));
     let info = StreamInfo {
         format: still::word(format).into(),
         size,
@@ -41,7 +41,7 @@ pub(crate) fn open_still(
     Ok(input(Arc::from([path]), info, None, options).with_warning(warning))
 }
 
-fn told(path: &Path, left_out: &str) -> String {
+fn left_out_warning(path: &Path, left_out: &str) -> String {
     format!("{}: {left_out}", path.display())
 }
 
@@ -63,7 +63,7 @@ pub(crate) fn open_sequence(paths: &[PathBuf], options: &SourceOptions) -> Resul
         let header =
             still::header(path, format, Decoding::of(options)).map_err(|e| at_frame(e, number))?;
         alpha |= header.alpha;
-        warning = warning.or_else(|| Some(told(path, header.left_out?)));
+        warning = warning.or_else(|| Some(left_out_warning(path, header.left_out?)));
         match first {
             None => first = Some((path, header.size, format)),
             Some((other, size, _)) => same_size(path, number, header.size, other, size)?,

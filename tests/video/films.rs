@@ -102,17 +102,20 @@ fn render_roughly(dir: &TempDir, count: usize) {
     }
 }
 
+/// A folder with `in.mp4`: all scenes, with sound.
+fn folder_with_film() -> TempDir {
+    let dir = folder();
+    let how = "-map [v] -map 4:a -c:v libx264 -preset veryfast -c:a aac";
+    make(&dir, "in.mp4", &format!("{SCENES} {how}"));
+    dir
+}
+
 #[test]
 fn encoded_films_and_parts_of_them_are_the_same_file() {
     if !require() {
         return;
     }
-    let dir = folder();
-    make(
-        &dir,
-        "in.mp4",
-        &format!("{SCENES} -map [v] -map 4:a -c:v libx264 -preset veryfast -c:a aac"),
-    );
+    let dir = folder_with_film();
     let how = "--points 50 --encoder-preset ultrafast --start 4.2 --end 11.5";
     done(&dir, &format!("plan in.mp4 -o plan.json --max-frames 50 {how}"));
     done(&dir, "render --plan plan.json --all --jobs 2");
@@ -128,12 +131,7 @@ fn a_render_that_was_killed_again_and_again_ends_as_one_that_was_not() {
     if !require() {
         return;
     }
-    let dir = folder();
-    make(
-        &dir,
-        "in.mp4",
-        &format!("{SCENES} -map [v] -map 4:a -c:v libx264 -preset veryfast -c:a aac"),
-    );
+    let dir = folder_with_film();
     let line = "render in.mp4 -o out.mkv --codec ffv1 --points 60 --resume";
     for tried in 0..6u64 {
         let mut child = polyreel(&dir, &format!("{line} -q"));

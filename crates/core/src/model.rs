@@ -9,7 +9,7 @@ use crate::frame::Rgba;
 use crate::mesh::Mesh;
 
 /// `mesh` as OBJ, its triangles in `colours`, one each and in their order: vertices with sRGB colours from 0 to 1. What
-/// has alpha 0 is left out; other alpha is not told.
+/// has alpha 0 is left out; other alpha is not written.
 ///
 /// # Panics
 /// When there are not as many colours as triangles.

@@ -25,7 +25,7 @@ CATEGORY = "image/low-poly"
 #: Options as a node hands them to another.
 Look = io.Custom("POLYREEL_LOOK")
 #: Seconds between two messages to the browser, and between two pictures for it; their longest side.
-TOLD, SHOWN, SIDE = 0.1, 0.5, 512
+REPORT_INTERVAL, SHOWN, SIDE = 0.1, 0.5, 512
 
 streams = Streams()
 
@@ -36,7 +36,7 @@ class Progress:
     def __init__(self, node: str | None) -> None:
         self._node = node
         self._bar: ProgressBar | None = None
-        self._told = self._shown = 0.0
+        self._reported = self._shown = 0.0
         self._picture: tuple[str, Image.Image, int] | None = None
 
     def show(self, picture: Callable[[], np.ndarray[Any, Any]] | np.ndarray[Any, Any]) -> None:
@@ -52,8 +52,8 @@ class Progress:
         """Tells that a frame is done. Raises ComfyUI's exception where the user wants to stop."""
         model_management.throw_exception_if_processing_interrupted()
         now = time.monotonic()
-        if now - self._told >= TOLD or done == total:
-            self._told = now
+        if now - self._reported >= REPORT_INTERVAL or done == total:
+            self._reported = now
             most = total or done + 1
             self._bar = self._bar or ProgressBar(most, node_id=self._node)
             self._bar.update_absolute(done, total=most, preview=self._picture)

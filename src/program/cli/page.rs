@@ -2,7 +2,7 @@
 
 use clap::{Arg, Command};
 
-/// Commands with so many options that `-h` shows only those in [`PAGE`].
+/// Commands whose `-h` shows only the options in [`PAGE`]: they have many more.
 const LONG: [&str; 4] = ["render", "preview", "inspect", "evaluate"];
 
 /// The options on the page, and their lines.

@@ -308,9 +308,9 @@ fn of_a_tiff_with_several_pages_the_first_is_read_with_a_warning() {
         assert_eq!(warnings(&file), [""; 0]);
         fs::write(&file, doubled(one)).expect("written");
         assert_eq!(read_one(&file).into_pixels(), [[9, 9, 9, 255], [200, 200, 200, 255]]);
-        let told = warnings(&file);
-        assert_eq!(told.len(), usize::from(warned), "{told:?}");
-        assert!(told.iter().all(|text| text.contains("a.tif: it has several pages")), "{told:?}");
+        let found = warnings(&file);
+        assert_eq!(found.len(), usize::from(warned), "{found:?}");
+        assert!(found.iter().all(|text| text.contains("a.tif: it has several pages")), "{found:?}");
     }
 }
 
@@ -329,10 +329,10 @@ fn metadata_that_takes_too_much_memory_is_left_out_with_a_warning() {
             fs::write(&file, png(&chunks)).expect("written");
             let read = read_one(&file).into_pixels();
             assert_eq!(read, [[220, 60, 40, 255], [1, 2, 3, 255]]);
-            let told = warnings(&file);
+            let found = warnings(&file);
             // What comes after the pixels is not looked at.
-            assert_eq!(told.len(), usize::from(before), "{told:?}");
-            assert!(told.iter().all(|text| text.contains("a.png: its metadata")), "{told:?}");
+            assert_eq!(found.len(), usize::from(before), "{found:?}");
+            assert!(found.iter().all(|text| text.contains("a.png: its metadata")), "{found:?}");
         }
     }
 }

@@ -75,7 +75,7 @@ struct Colours<'a> {
     grown: &'a Grown,
     before: Before<'a>,
     /// For each triangle those before it that share an edge with it, [`NONE`] for those that do not.
-    beside: Vec<[u32; 3]>,
+    neighbours: Vec<[u32; 3]>,
     fans: Fans,
     wrong: Vec<u16>,
     /// By how much red was off beyond green.
@@ -97,7 +97,7 @@ pub(super) fn pass(
     let mut known = Colours {
         grown,
         before,
-        beside: neighbours(&grown.triangles, before.edges),
+        neighbours: neighbours(&grown.triangles, before.edges),
         fans: Fans(vec![([0; 4], 0); before.points.len()]),
         wrong: vec![0; count],
         red: vec![0; count],
@@ -117,7 +117,7 @@ pub(super) fn pass(
 
 impl Colours<'_> {
     fn neighbours(&self, t: usize) -> impl Iterator<Item = usize> + Clone {
-        self.beside[t].into_iter().filter(|&n| n != NONE).map(|n| n as usize)
+        self.neighbours[t].into_iter().filter(|&n| n != NONE).map(|n| n as usize)
     }
 
     /// The triangle's number and colour in the frame before, if it was there.

@@ -20,7 +20,7 @@ class Interrupted(BaseException):
 
 
 #: What the tests look at and set.
-state = types.SimpleNamespace(told=[], interrupt_at=None, temp="", checks=0)
+state = types.SimpleNamespace(reports=[], interrupt_at=None, temp="", checks=0)
 
 
 def recorded(name: str, parameters: list[str]) -> type:
@@ -88,7 +88,7 @@ class ProgressBar(recorded("ProgressBar", SIGNATURES["comfy/utils.py"]["Progress
     def update_absolute(self, *args: Any, **kwargs: Any) -> None:
         names = SIGNATURES["comfy/utils.py"]["ProgressBar.update_absolute"]
         assert set(kwargs) <= set(names), kwargs
-        state.told.append({**dict(zip(names, args)), **kwargs, "node": self.given["node_id"]})
+        state.reports.append({**dict(zip(names, args)), **kwargs, "node": self.given["node_id"]})
 
 
 class ComfyNode:

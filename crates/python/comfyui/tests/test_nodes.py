@@ -28,7 +28,7 @@ FIELDS = {"points": 60, "quality": "normal", "coherence": 0.4, "seed": 0}
 
 @pytest.fixture(autouse=True)
 def fresh(tmp_path):
-    standin.state.told.clear()
+    standin.state.reports.clear()
     standin.state.interrupt_at, standin.state.checks, standin.state.temp = None, 0, str(tmp_path / "temp")
     nodes.streams._renderers.clear()
     standin.ComfyNode.hidden = types.SimpleNamespace(unique_id="7", prompt=None)
@@ -75,8 +75,8 @@ def test_a_clip_is_one_stream(channels):
     expected = np.stack(list(polyreel.Renderer(points=60, quality="normal", coherence=0.4, seed=0).stream(frames)))
     assert out.dtype == np.float32 and np.array_equal(out, expected)
     assert np.array_equal(mask, 1 - out[..., 3] if channels == 4 else np.zeros(frames.shape[:3]))
-    assert standin.state.told[-1]["value"] == 8 and standin.state.told[-1]["total"] == 8
-    assert standin.state.told[0]["preview"][1].size == (64, 48) and standin.state.told[0]["node"] == "7"
+    assert standin.state.reports[-1]["value"] == 8 and standin.state.reports[-1]["total"] == 8
+    assert standin.state.reports[0]["preview"][1].size == (64, 48) and standin.state.reports[0]["node"] == "7"
     assert standin.state.checks == 8
 
 
@@ -189,7 +189,7 @@ def test_a_video_goes_from_file_to_file(video, in_memory):
     info = polyreel.probe(out)
     assert info["frames"] == 12 and "aac" in info["audio"]
     assert [file.name for file in Path(standin.state.temp).iterdir()] == [Path(out).name]
-    assert standin.state.told[-1]["value"] == 12
+    assert standin.state.reports[-1]["value"] == 12
 
 
 def test_an_interrupted_video_leaves_nothing(video):

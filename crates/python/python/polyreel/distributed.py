@@ -38,7 +38,8 @@ def render_film(
     already is used. All nodes must see film and plan under the same names. Parts go to the folder ``parts`` beside
     the plan, which all nodes share; or to ``store``, an address that fsspec knows (``s3://bucket/film``), and from
     there to this machine, which joins them. A chunk has ``cpus`` processors. ``program`` is the command in place of
-    this package's own. ``progress`` is told after every chunk how many are there, and of how many.
+    this package's own. ``progress`` is called after every chunk, with the number of
+    chunks that are there and the number of all.
 
     What was finished before is not rendered again.
     """
