@@ -182,6 +182,8 @@ pub struct SinkOptions {
     pub folder_format: Option<String>,
     /// The list that temporary files are entered in until they are complete. Default: a list of its own.
     pub unfinished: Unfinished,
+    /// The folder of temporary files that have names, on the output's file system. Default: the output's own.
+    pub temporaries: Option<PathBuf>,
     /// Whether a file is safe on its disk before it has its name. Default: no.
     pub durable: bool,
 }
@@ -202,6 +204,7 @@ impl Default for SinkOptions {
             colour_error: 0,
             folder_format: None,
             unfinished: Unfinished::default(),
+            temporaries: None,
             durable: false,
         }
     }

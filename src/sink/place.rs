@@ -33,6 +33,7 @@ pub struct Place {
     overwrite: bool,
     durable: bool,
     unfinished: Unfinished,
+    temporaries: Option<PathBuf>,
     file: Temporary,
 }
 
@@ -62,6 +63,7 @@ impl Place {
                 overwrite: options.overwrite,
                 durable: options.durable,
                 unfinished: options.unfinished.clone(),
+                temporaries: options.temporaries.clone(),
                 file: Temporary::Unnamed(file, path),
             });
         }
@@ -87,13 +89,14 @@ impl Place {
             overwrite: self.overwrite,
             durable: self.durable,
             unfinished: self.unfinished.clone(),
+            temporaries: self.temporaries.clone(),
             ..SinkOptions::default()
         };
         Self::with_name(self.named.clone(), self.target.clone(), &options)
     }
 
     fn with_name(named: PathBuf, target: PathBuf, options: &SinkOptions) -> Result<Self> {
-        let folder = folder_of(&target);
+        let folder = options.temporaries.as_deref().unwrap_or_else(|| folder_of(&target));
         let suffix =
             named.extension().map_or_else(String::new, |e| format!(".{}", e.to_string_lossy()));
         let mut builder = Builder::new();
@@ -106,10 +109,10 @@ impl Place {
         ));
         let file = builder.tempfile_in(folder).map_err(|e| unwritable(&named, folder, e))?;
         let SinkOptions { overwrite, durable, .. } = *options;
-        let unfinished = options.unfinished.clone();
+        let (unfinished, temporaries) = (options.unfinished.clone(), options.temporaries.clone());
         let entry = unfinished.add_temporary(file.path());
         let file = Temporary::Named(file, entry);
-        Ok(Self { named, target, overwrite, durable, unfinished, file })
+        Ok(Self { named, target, overwrite, durable, unfinished, temporaries, file })
     }
 
     /// The file to write to.

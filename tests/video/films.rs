@@ -7,9 +7,10 @@ use tempfile::TempDir;
 use crate::given::*;
 use crate::program::{listing, polyreel, run, said};
 
-/// Scenes of some seconds each, with a cut, a flash, a fade from black and a dissolve between them.
+/// Scenes of some seconds each, with a cut, a flash, a fade from black and a dissolve between them. All of them are the
+/// same in each run: `gradients` is not, whatever its seed.
 const SCENES: &str = "-f lavfi -i testsrc2=s=96x64:r=25:d=5 -f lavfi -i mandelbrot=s=96x64:r=25 \
-    -f lavfi -i life=s=48x32:r=25:mold=10:ratio=0.4:seed=3 -f lavfi -i gradients=s=96x64:r=25:d=5:seed=5 \
+    -f lavfi -i life=s=48x32:r=25:mold=10:ratio=0.4:seed=3 -f lavfi -i testsrc=s=96x64:r=25:d=5 \
     -f lavfi -i sine=d=16:r=44100 \
     -filter_complex [1]trim=duration=4,setsar=1[b];[2]trim=duration=3,scale=96:64:flags=neighbor,setsar=1,\
 fade=in:0:10[c];[3]trim=duration=4,setsar=1[d];color=white:s=96x64:r=25:d=0.08,setsar=1[w];\
@@ -144,7 +145,5 @@ fn a_render_that_was_killed_again_and_again_ends_as_one_that_was_not() {
     done(&dir, &format!("{line} -y"));
     done(&dir, "render in.mp4 -o whole.mkv --codec ffv1 --points 60");
     assert!(frames(&dir, "out.mkv") == frames(&dir, "whole.mkv"));
-    // A kill within the last encoding leaves its temporary file, which nobody is left to remove.
-    let left: Vec<_> = listing(&dir).into_iter().filter(|name| !name.starts_with('.')).collect();
-    assert_eq!(left, ["in.mp4", "out.mkv", "whole.mkv"]);
+    assert_eq!(listing(&dir), ["in.mp4", "out.mkv", "whole.mkv"]);
 }

@@ -1,6 +1,7 @@
 //! `polyreel join`: parts become one film.
 
 use std::ffi::OsStr;
+use std::path::Path;
 use std::time::Instant;
 
 use indicatif::HumanBytes;
@@ -35,7 +36,8 @@ pub(crate) fn join(args: &JoinArgs) -> Result<Outcome> {
     let work = Work::open(&args.plan, args.parts.clone(), ffmpeg, &interrupt)?;
     let work = Work { film: args.film.clone(), quiet: args.quiet, ..work };
     check(&work)?;
-    join_to(&work, &args.output, args.overwrite, interrupt.processes())?;
+    let film = Film { output: &args.output, overwrite: args.overwrite, temporaries: None };
+    join_to(&work, &film, interrupt.processes())?;
     Ok(Outcome::Done)
 }
 
@@ -61,14 +63,17 @@ fn check(work: &Work) -> Result<()> {
     ))
 }
 
-/// Writes the film to `output`. The parts have been checked.
-pub(super) fn join_to(
-    work: &Work,
-    output: &OsStr,
-    overwrite: bool,
-    processes: Processes,
-) -> Result<()> {
-    let began = Instant::now();
+/// Where the joined film goes.
+pub(super) struct Film<'a> {
+    pub(super) output: &'a OsStr,
+    pub(super) overwrite: bool,
+    /// See [`SinkOptions::temporaries`].
+    pub(super) temporaries: Option<&'a Path>,
+}
+
+/// Writes the film. The parts have been checked.
+pub(super) fn join_to(work: &Work, film: &Film<'_>, processes: Processes) -> Result<()> {
+    let (began, output) = (Instant::now(), film.output);
     fits(work, output)?;
     let input = work.open_film()?;
     if hash::of_files(input.paths())?.0 != work.plan.film.hash {
@@ -78,7 +83,7 @@ pub(super) fn join_to(
     let look = Repainted::look_at(&plan.options, plan.write.scale);
     let info = input.info();
     let info = StreamInfo { size: scaled(info.size, plan.write.scale)?, ..info.clone() };
-    let options = sink_options(work, &input, &look, overwrite, processes)?;
+    let options = sink_options(work, &input, &look, film, processes)?;
     let sink = sink::create(output, &info, &options)?;
     if !work.quiet {
         sink.warnings().iter().for_each(terminal::warn);
@@ -132,7 +137,7 @@ fn sink_options(
     work: &Work,
     input: &Input,
     look: &Options,
-    overwrite: bool,
+    film: &Film<'_>,
     processes: Processes,
 ) -> Result<SinkOptions> {
     let (write, read) = (&work.plan.write, &work.plan.read);
@@ -145,7 +150,8 @@ fn sink_options(
     });
     let seams = write.svg_seams.as_deref().unwrap_or_default();
     Ok(SinkOptions {
-        overwrite,
+        overwrite: film.overwrite,
+        temporaries: film.temporaries.map(Path::to_owned),
         background: write.background,
         inputs: input.paths().to_vec(),
         video: VideoOptions {

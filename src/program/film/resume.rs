@@ -13,8 +13,9 @@ use polyreel::film::survey::Division;
 use polyreel::pipeline::Stop;
 use polyreel::source;
 
+use super::join::{self, Film};
 use super::plan::{Request, asked_now, make, writing};
-use super::{Work, all, chunk, join, source_options};
+use super::{Work, all, chunk, source_options};
 use crate::program::Outcome;
 use crate::program::cli::RenderArgs;
 use crate::program::interrupt::Interrupt;
@@ -66,7 +67,10 @@ pub(crate) fn resume(args: &RenderArgs, output: &OsStr) -> Result<Outcome> {
     chunk::make_folder(&work)?;
     let jobs = args.film.jobs.unwrap_or(NonZeroUsize::MIN);
     all::render_all(&work, jobs, args.run.threads)?;
-    join::join_to(&work, output, overwrite, processes)?;
+    // A run that is killed while it joins leaves nothing outside the folder of parts. A link may lead to another disk.
+    let temporaries = (!Path::new(output).is_symlink()).then_some(folder.as_path());
+    let film = Film { output, overwrite, temporaries };
+    join::join_to(&work, &film, processes)?;
     remove(&work);
     Ok(Outcome::Done)
 }
