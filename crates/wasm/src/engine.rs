@@ -1,0 +1,105 @@
+//! One stream of frames.
+
+use polyreel_core::{Mesh, Renderer};
+use wasm_bindgen::prelude::*;
+
+use crate::error::Result;
+use crate::frame;
+use crate::look::Look;
+
+/// Renders a stream of frames, each of which goes on from the one before.
+#[wasm_bindgen]
+#[derive(Debug)]
+pub struct Engine {
+    renderer: Renderer,
+    mesh: Option<Mesh>,
+    cut: bool,
+}
+
+#[wasm_bindgen]
+impl Engine {
+    /// An engine for one stream.
+    ///
+    /// # Errors
+    /// When options do not fit together.
+    #[wasm_bindgen(constructor)]
+    pub fn new(look: &Look) -> std::result::Result<Self, JsError> {
+        Ok(Self::of(look)?)
+    }
+
+    /// Changes the look from the next frame on.
+    ///
+    /// # Errors
+    /// When options do not fit together; nothing is changed then.
+    pub fn retune(&mut self, look: &Look) -> std::result::Result<(), JsError> {
+        Ok(self.renderer.retune(&look.options).map_err(crate::error::Error::from)?)
+    }
+
+    /// Forgets all frames.
+    pub fn reset(&mut self) {
+        self.renderer.reset();
+        self.mesh = None;
+    }
+
+    /// The next frame as low-poly art, of the same size.
+    ///
+    /// # Errors
+    /// When the frame's size is wrong, or it cannot be rendered.
+    pub fn render(
+        &mut self,
+        rgba: &[u8],
+        width: u32,
+        height: u32,
+    ) -> std::result::Result<Vec<u8>, JsError> {
+        Ok(self.next(rgba, width, height)?)
+    }
+
+    /// Points of the last frame.
+    #[wasm_bindgen(getter)]
+    pub fn points(&self) -> usize {
+        self.mesh.as_ref().map_or(0, |mesh| mesh.seeds().len())
+    }
+
+    /// Triangles of the last frame.
+    #[wasm_bindgen(getter)]
+    pub fn triangles(&self) -> usize {
+        self.mesh.as_ref().map_or(0, |mesh| mesh.triangles.len())
+    }
+
+    /// Whether the last frame began afresh.
+    #[wasm_bindgen(getter)]
+    pub fn cut(&self) -> bool {
+        self.cut
+    }
+}
+
+impl Engine {
+    pub(crate) fn of(look: &Look) -> Result<Self> {
+        Ok(Self { renderer: Renderer::new(&look.options)?, mesh: None, cut: true })
+    }
+
+    pub(crate) fn next(&mut self, rgba: &[u8], width: u32, height: u32) -> Result<Vec<u8>> {
+        let rendered = self.renderer.render(&frame::frame(rgba, width, height)?)?;
+        self.cut = rendered.life.cut;
+        self.mesh = Some(rendered.mesh);
+        Ok(frame::bytes(rendered.picture))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_go_in_and_pictures_come_out() {
+        let mut engine = Engine::of(&Look::of(r#"{"points": "40"}"#).expect("sound")).expect("sound");
+        let picture: Vec<u8> = (0..64 * 48 * 4).map(|i| (i * 7 % 251) as u8 | 3).collect();
+        let first = engine.next(&picture, 64, 48).expect("renders");
+        assert_eq!(first.len(), picture.len());
+        assert_eq!(engine.points(), 40);
+        engine.reset();
+        assert_eq!(engine.next(&picture, 64, 48).expect("renders"), first);
+        assert!(engine.next(&picture, 64, 47).is_err());
+        assert!(engine.next(&picture[1..], 64, 48).is_err());
+    }
+}

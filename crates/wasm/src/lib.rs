@@ -1,0 +1,26 @@
+//! The engine of polyreel for the browser.
+//!
+//! A [`Look`] holds options under the names of the command line and of preset files. An [`Engine`] renders one frame
+//! after another with it. [`PngFile`](png_file), [`Gif`], [`Apng`] and [`MeshStream`] make files. Pixels are RGBA of
+//! 8 bits, row by row, alpha not premultiplied. Everything runs on the caller's thread.
+
+mod apng;
+mod area;
+mod command;
+mod described;
+mod engine;
+mod error;
+mod frame;
+mod gif;
+mod look;
+mod mesh_stream;
+mod preset_file;
+mod still;
+
+pub use apng::Apng;
+pub use described::described;
+pub use engine::Engine;
+pub use gif::Gif;
+pub use look::Look;
+pub use mesh_stream::MeshStream;
+pub use still::{png_file, svg_file};

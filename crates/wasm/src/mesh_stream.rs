@@ -1,0 +1,120 @@
+//! Mesh streams, which the program turns into pictures and video of any size.
+
+use polyreel_core::mesh_stream::{Grid, Header, MeshWriter, Time};
+use polyreel_core::unstable::frame::Rational;
+use polyreel_core::{FillMode, Options, Renderer, Shape, Size};
+use wasm_bindgen::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::frame;
+use crate::look::Look;
+use crate::still::{colours, plain};
+
+/// Times of the page: whole microseconds, as WebCodecs has them.
+const SECOND: i64 = 1_000_000;
+
+/// A mesh stream being written.
+#[wasm_bindgen]
+#[derive(Debug)]
+pub struct MeshStream {
+    renderer: Renderer,
+    writer: MeshWriter,
+    bytes: Vec<u8>,
+}
+
+#[wasm_bindgen]
+impl MeshStream {
+    /// A stream of frames of this size; `plays` is how often it is shown, 0 for ever.
+    ///
+    /// # Errors
+    /// When the look has gradients.
+    #[wasm_bindgen(constructor)]
+    pub fn new(
+        look: &Look,
+        width: u32,
+        height: u32,
+        plays: u32,
+        alpha: bool,
+    ) -> std::result::Result<Self, JsError> {
+        Ok(Self::of(&look.options, Size::new(width, height), plays, alpha)?)
+    }
+
+    /// Adds a frame that is shown from `start` on for `length`, both in microseconds.
+    ///
+    /// # Errors
+    /// When it cannot be rendered.
+    pub fn push(
+        &mut self,
+        rgba: &[u8],
+        width: u32,
+        height: u32,
+        start: f64,
+        length: f64,
+    ) -> std::result::Result<(), JsError> {
+        Ok(self.add(rgba, Size::new(width, height), start as i64, length as i64)?)
+    }
+
+    /// The whole file.
+    pub fn finish(self) -> Vec<u8> {
+        let mut bytes = self.bytes;
+        bytes.append(&mut self.writer.finish());
+        bytes
+    }
+}
+
+impl MeshStream {
+    fn of(look: &Options, size: Size, plays: u32, alpha: bool) -> Result<Self> {
+        let renderer = Renderer::new(&plain(look)?)?;
+        let (writer, bytes) =
+            MeshWriter::new(size, Grid::default(), &header(look, plays, alpha));
+        Ok(Self { renderer, writer, bytes })
+    }
+
+    fn add(&mut self, rgba: &[u8], size: Size, start: i64, length: i64) -> Result<()> {
+        let mesh = self.renderer.render(&frame::frame(rgba, size.width, size.height)?)?.mesh;
+        let start = Rational::new(start, SECOND);
+        let length = (length > 0).then(|| Rational::new(length, SECOND));
+        let packet = self.writer.frame(&mesh, &colours(&mesh), Time { start, length });
+        self.bytes.append(&mut packet.map_err(Error::file)?);
+        Ok(())
+    }
+}
+
+/// What a reader needs to paint the meshes: see `docs/mesh-stream.md`.
+fn header(look: &Options, plays: u32, alpha: bool) -> Header {
+    let mut header = Header::default();
+    header.put("writer", concat!("polyreel ", env!("CARGO_PKG_VERSION")));
+    header.put("plays", plays);
+    header.put("alpha", u8::from(alpha));
+    header.put("still", 0);
+    header.put("edges", look.edges.name());
+    if let Some(outline) = look.outline {
+        header.put("outline", outline);
+    }
+    header.put("outline-width", look.outline_width);
+    header.put("outline-contrast", look.outline_contrast);
+    header.put("saturation", look.saturation);
+    header.put("wash", look.wash);
+    if look.contrast != 1.0 {
+        header.put("contrast", look.contrast);
+    }
+    if look.chroma != 1.0 {
+        header.put("chroma", look.chroma);
+    }
+    if let Some(duotone) = look.duotone {
+        header.put("duotone", duotone);
+    }
+    if let Some(palette) = &look.palette {
+        header.put("palette", palette);
+    }
+    if look.fill != FillMode::Mean {
+        header.put("fill", look.fill.name());
+    }
+    if look.shape != Shape::Triangles {
+        header.put("shape", look.shape.name());
+    }
+    if let Ok(options) = serde_json::to_string(look) {
+        header.put("options", options);
+    }
+    header
+}

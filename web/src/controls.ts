@@ -1,0 +1,147 @@
+/** The controls beside the picture. */
+
+import { element, make } from './dom';
+import type { Settings } from './messages';
+import type { Store } from './settings';
+import { texts } from './texts';
+
+interface Slider {
+  name: string;
+  label: string;
+  group: string;
+  least: number;
+  most: number;
+  step: number;
+  /** What is seen of the value. */
+  words: (value: number) => string;
+}
+
+const share = (value: number): string => `${Math.round(100 * value)} %`;
+const pixels = (value: number): string => `${value} px`;
+
+const SLIDERS: Slider[] = [
+  { name: 'regularity', label: texts.controls.regularity, group: 'detail', least: 0, most: 1, step: 0.01, words: share },
+  { name: 'coherence', label: texts.controls.coherence, group: 'detail', least: 0, most: 1, step: 0.01, words: share },
+  { name: 'saturation', label: texts.controls.saturation, group: 'colour', least: 0, most: 2.5, step: 0.01, words: share },
+  { name: 'contrast', label: texts.controls.contrast, group: 'colour', least: 0, most: 2, step: 0.01, words: share },
+  { name: 'outline-width', label: texts.controls.outlineWidth, group: 'lines', least: 1, most: 16, step: 1, words: pixels },
+  { name: 'outline-contrast', label: texts.controls.outlineContrast, group: 'lines', least: 0, most: 80, step: 1, words: String },
+];
+
+/** Facets go from few to many by ratio, not by difference. */
+const FEWEST = 30;
+const MOST = 20_000;
+const TICKS = 1000;
+
+const toTick = (points: number): number =>
+  (TICKS * Math.log(Math.max(FEWEST, points) / FEWEST)) / Math.log(MOST / FEWEST);
+const toPoints = (tick: number): number => {
+  const exact = FEWEST * (MOST / FEWEST) ** (tick / TICKS);
+  const digits = 10 ** Math.max(0, Math.floor(Math.log10(exact)) - 1);
+  return Math.round(exact / digits) * digits;
+};
+
+export class Controls {
+  private readonly inputs = new Map<string, (values: Settings) => void>();
+  private rendered = 0;
+
+  constructor(private readonly store: Store) {
+    this.points();
+    for (const slider of SLIDERS) this.slider(slider);
+    this.choice('fill', texts.fill);
+    this.choice('shape', texts.shape);
+    this.outline();
+  }
+
+  /** Shows the options that hold. */
+  show(): void {
+    const { values } = this.store;
+    for (const show of this.inputs.values()) show(values);
+  }
+
+  /** The number of points of the picture that is seen. */
+  counted(points: number): void {
+    this.rendered = points;
+    this.inputs.get('points')?.(this.store.values);
+  }
+
+  private range(group: string, label: string, id: string, [least, most, step]: [number, number, number]) {
+    const input = make('input', { type: 'range', id, min: `${least}`, max: `${most}`, step: `${step}` });
+    const output = make('output', { for: id });
+    const row = make('div', { class: 'slider' }, make('label', { for: id }, label), output, input);
+    element(group).append(row);
+    const paint = (): void => {
+      const at = (100 * (Number(input.value) - least)) / (most - least);
+      input.style.setProperty('--share', `${at}%`);
+    };
+    input.addEventListener('change', () => this.store.settle());
+    return { input, output, paint };
+  }
+
+  private points(): void {
+    const { input, output, paint } = this.range('detail', texts.controls.points, 'points', [0, TICKS, 1]);
+    const words = (points: number): void => {
+      output.textContent = points.toLocaleString('en');
+      input.setAttribute('aria-valuetext', String(points));
+      paint();
+    };
+    input.oninput = () => {
+      const points = toPoints(Number(input.value));
+      words(points);
+      this.store.set({ points: String(points) }, 'points');
+    };
+    this.inputs.set('points', ({ points }) => {
+      const count = /^\d+$/.test(String(points)) ? Number(points) : this.rendered;
+      if (count === 0) return;
+      input.value = String(Math.round(toTick(count)));
+      words(count);
+    });
+  }
+
+  private slider({ name, label, group, least, most, step, words }: Slider): void {
+    const { input, output, paint } = this.range(group, label, name, [least, most, step]);
+    const show = (value: number): void => {
+      output.textContent = words(value);
+      input.setAttribute('aria-valuetext', words(value));
+      paint();
+    };
+    input.oninput = () => {
+      const value = Number(input.value);
+      show(value);
+      this.store.set({ [name]: value }, name);
+    };
+    this.inputs.set(name, values => {
+      input.value = String(values[name]);
+      show(Number(values[name]));
+    });
+  }
+
+  private choice(name: 'fill' | 'shape', words: Record<string, string>): void {
+    const group = element(name);
+    const buttons = (this.store.described.choices[name] ?? []).map(value => {
+      const input = make('input', { type: 'radio', name, value, id: `${name}-${value}` });
+      input.onchange = () => this.store.set({ [name]: value });
+      const label = make('label', { for: input.id }, words[value] ?? value);
+      group.append(make('span', { class: 'option' }, input, label));
+      return input;
+    });
+    this.inputs.set(name, values => {
+      for (const input of buttons) input.checked = input.value === values[name];
+    });
+  }
+
+  private outline(): void {
+    const toggle = element<HTMLInputElement>('outline');
+    const colour = element<HTMLInputElement>('outline-colour');
+    toggle.onchange = () => this.store.set({ outline: toggle.checked ? colour.value : null });
+    colour.oninput = () => this.store.set({ outline: colour.value }, 'outline');
+    colour.onchange = () => this.store.settle();
+    this.inputs.set('outline', ({ outline }) => {
+      const on = typeof outline === 'string';
+      toggle.checked = on;
+      element('lines').hidden = !on;
+      colour.disabled = !on;
+      if (on) colour.value = outline.slice(0, 7);
+    });
+  }
+}

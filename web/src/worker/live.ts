@@ -1,0 +1,93 @@
+/** Pictures for the screen. */
+
+import { Engine } from '../../pkg/polyreel_wasm';
+import type { RenderJob, Rendered } from '../messages';
+import type { Frames } from './animation';
+import { lookOf } from './look';
+import { bitmapOf, fitted, pixelsOf, type Pixels } from './pixels';
+
+/** Renders what is seen: each frame goes on from the last one, or begins afresh. */
+export class Live {
+  private engine: Engine | undefined;
+  private tuned = '';
+  private whole: VideoFrame | ImageBitmap | undefined;
+  /** The frame's pixels by their longest side. */
+  private readonly pixels = new Map<number, Pixels>();
+
+  /** Renders a frame, which is closed when another one comes. */
+  async render(job: RenderJob, animation: Frames | null): Promise<Rendered> {
+    const given = typeof job.frame === 'number' ? await animation?.frame(job.frame) : job.frame;
+    if (given) {
+      this.whole?.close();
+      this.whole = given;
+      this.pixels.clear();
+    }
+    if (!this.whole) throw new Error('There is no picture yet.');
+    const pixels = this.pixels.get(job.most) ?? (await pixelsOf(this.whole, job.most));
+    this.pixels.set(job.most, pixels);
+    const { width, height, rgba } = pixels;
+    const engine = this.ready(job, width, height);
+    const began = performance.now();
+    const out = engine.render(rgba, width, height);
+    const milliseconds = performance.now() - began;
+    const source = typeof job.frame === 'number' ? await bitmapOf(pixels) : undefined;
+    const picture = await bitmapOf({ width, height, rgba: out });
+    const { points, triangles } = engine;
+    return { width, height, points, triangles, milliseconds, picture, source };
+  }
+
+  private ready(job: RenderJob, width: number, height: number): Engine {
+    const tuned = JSON.stringify([job.settings, job.mask?.weights.length, width, height]) + maskStamp(job);
+    if (this.engine && job.goesOn && tuned === this.tuned) return this.engine;
+    const look = lookOf(job.settings, job.mask);
+    const preview = look.forPreview(job.width, job.height, width, height);
+    look.free();
+    try {
+      if (this.engine && job.goesOn) {
+        this.engine.retune(preview);
+      } else {
+        this.engine?.free();
+        this.engine = undefined;
+        this.engine = new Engine(preview);
+      }
+    } finally {
+      preview.free();
+    }
+    this.tuned = tuned;
+    return this.engine;
+  }
+}
+
+/** Something that is another number when the mask is another one. */
+function maskStamp(job: RenderJob): string {
+  let sum = 0;
+  for (const weight of job.mask?.weights ?? []) sum = (sum * 31 + weight) | 0;
+  return String(sum);
+}
+
+/** A small picture by another look. */
+export async function thumbnail(job: RenderJob): Promise<Rendered> {
+  const frame = job.frame;
+  if (frame === null || typeof frame === 'number') throw new Error('There is no picture yet.');
+  try {
+    const pixels = await pixelsOf(frame, job.most);
+    const [width, height] = fitted(job.width, job.height, job.most);
+    const look = lookOf(job.settings, job.mask);
+    const preview = look.forPreview(job.width, job.height, width, height);
+    look.free();
+    const engine = new Engine(preview);
+    preview.free();
+    try {
+      const began = performance.now();
+      const rgba = engine.render(pixels.rgba, pixels.width, pixels.height);
+      const milliseconds = performance.now() - began;
+      const picture = await bitmapOf({ ...pixels, rgba });
+      const { points, triangles } = engine;
+      return { width, height, points, triangles, milliseconds, picture };
+    } finally {
+      engine.free();
+    }
+  } finally {
+    frame.close();
+  }
+}
