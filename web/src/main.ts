@@ -11,7 +11,7 @@ import { Recorder } from './record';
 import { Save } from './save';
 import { Store, type State } from './settings';
 import { Show } from './show';
-import { closeSource, openFile, openStream, type Source } from './source';
+import { closeSource, copyOf, openFile, openStream, type Source } from './source';
 import { texts } from './texts';
 
 /** Everything that the page holds. */
@@ -119,7 +119,7 @@ class Page {
   /** The frame that is seen. */
   private async frame(): Promise<ImageBitmap | VideoFrame | null> {
     const { source } = this;
-    if (source?.kind === 'still') return createImageBitmap(source.picture);
+    if (source?.kind === 'still') return copyOf(source.picture);
     if (source?.kind === 'animation') {
       const before = element<HTMLCanvasElement>('before');
       // The worker sends the source with the picture: the first one may be on its way.

@@ -90,6 +90,7 @@ export class Save {
       most > 0 ? `--max-size ${most}` : '',
       one && (source.kind === 'clip' || source.kind === 'animation') ? '--frames 1' : '',
     ];
+    this.line.textContent = '';
     const output = format === 'apng' ? this.named.replace(/png$/, 'apng') : this.named;
     this.line.textContent = await this.worker.ask('commandLine', {
       settings: this.state.settings,

@@ -3,7 +3,7 @@
 import { element } from './dom';
 import type { EngineWorker } from './engine';
 import type { State } from './settings';
-import type { Source } from './source';
+import { copyOf, type Source } from './source';
 import type { Rendered } from './messages';
 
 /** The longest side of a picture while a control is dragged, of one that rests, and of one that moves. */
@@ -51,8 +51,8 @@ export class Show {
     this.dropNext();
     this.stage.style.setProperty('--ratio', String(source.width / source.height));
     if (source.kind !== 'still') return;
-    show(this.before, await createImageBitmap(source.picture));
-    this.next = await createImageBitmap(source.picture);
+    show(this.before, await copyOf(source.picture));
+    this.next = await copyOf(source.picture);
     this.wanted = 'draft';
     this.later();
     void this.pump();

@@ -17,6 +17,11 @@ export type Source = Common &
     | { kind: 'stream'; stream: MediaStream }
   );
 
+/** Another picture with the same pixels: colours that are not opaque stay as they are. */
+export function copyOf(picture: ImageBitmap): Promise<ImageBitmap> {
+  return createImageBitmap(picture, { premultiplyAlpha: 'none' });
+}
+
 /** Kinds of pictures by what their files begin with. */
 const SIGNS: [string, RegExp][] = [
   ['image/gif', /^GIF8/],

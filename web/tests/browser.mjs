@@ -127,7 +127,7 @@ export async function save(page, format, { size } = {}) {
   const file = await Promise.race([download, failed]);
   const path = join(folder, `saved-${format}-${file.suggestedFilename()}`);
   await file.saveAs(path);
-  const line = await page.textContent('#line');
+  const line = await (await page.waitForFunction(() => document.getElementById('line').textContent)).jsonValue();
   const { seconds, frames } = await page.evaluate(() => ({ ...document.getElementById('save').dataset }));
   await page.click('#cancel');
   return { path, name: file.suggestedFilename(), line, seconds: Number(seconds), frames: Number(frames) };

@@ -11,13 +11,13 @@ before(async () => {
   if (skip) return;
   site = await serve();
   browser = await launch();
-  copyFileSync(join(root, 'samples/boat/00001.png'), join(folder, 'boat.png'));
+  copyFileSync(join(root, 'samples/boat/0001.png'), join(folder, 'boat.png'));
   copyFileSync(join(root, 'samples/planet.gif'), join(folder, 'planet.gif'));
   cpSync(join(root, 'samples/boat'), join(folder, 'boat'), { recursive: true });
   ffmpeg('-i', join(root, 'samples/lake.jpg'), 'lake.png');
   ffmpeg('-f', 'lavfi', '-i', 'color=red@0.0:s=160x120,format=rgba,geq=r=X:g=Y:b=128:a=X+Y', '-frames:v', '1', 'clear.png');
   ffmpeg('-f', 'lavfi', '-i', 'mandelbrot=s=320x240:r=15', '-frames:v', '30', 'mandelbrot.gif');
-  ffmpeg('-framerate', '12', '-i', 'boat/%05d.png', '-f', 'apng', '-plays', '0', 'boat.apng');
+  ffmpeg('-framerate', '12', '-i', 'boat/%04d.png', '-f', 'apng', '-plays', '0', 'boat.apng');
 });
 after(async () => {
   await browser?.close();

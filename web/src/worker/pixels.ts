@@ -40,12 +40,23 @@ async function copied(frame: VideoFrame): Promise<Pixels | null> {
   const { displayWidth: width, displayHeight: height, visibleRect } = frame;
   if (visibleRect?.width !== width || visibleRect.height !== height) return null;
   const rgba = new Uint8Array(4 * width * height);
+  // A conversion would round colours that are not opaque, too.
+  const isPlain = frame.format === 'RGBA' || frame.format === 'BGRA';
   try {
-    await frame.copyTo(rgba, { format: 'RGBA', colorSpace: 'srgb' });
+    await frame.copyTo(rgba, isPlain ? {} : { format: 'RGBA', colorSpace: 'srgb' });
   } catch {
     return null;
   }
+  if (frame.format === 'BGRA') swapRedAndBlue(rgba);
   return { width, height, rgba };
+}
+
+function swapRedAndBlue(rgba: Uint8Array): void {
+  const pixels = new Uint32Array(rgba.buffer);
+  for (let i = 0; i < pixels.length; i++) {
+    const pixel = pixels[i] ?? 0;
+    pixels[i] = (pixel & 0xff00ff00) | ((pixel & 0xff) << 16) | ((pixel >>> 16) & 0xff);
+  }
 }
 
 /** The pixels of a frame or picture, with sides of at most `most`. The frame is not closed. */
