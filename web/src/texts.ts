@@ -53,7 +53,7 @@ export const texts = {
   record: { start: 'Record', stop: 'Stop recording' },
   errors: {
     unreadable: 'This file is damaged, or of a kind that this browser cannot read.',
-    noPicture: 'This file has no picture track.',
+    noPicture: 'This file has no picture track, or is damaged.',
     empty: 'This file is empty.',
     codec: (codec: string) => `This browser cannot decode “${codec}”. The polyreel program can.`,
     noEncoder: (format: string) =>

@@ -3,7 +3,7 @@ import { execFileSync, spawnSync } from 'node:child_process';
 import { createReadStream, existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { tmpdir } from 'node:os';
-import { extname, join, normalize } from 'node:path';
+import { extname, join, normalize, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { chromium } from 'playwright-core';
 
@@ -36,7 +36,7 @@ export function polyreel(...args) {
 
 export function probe(name) {
   const entries = 'stream=codec_type,codec_name,width,height,nb_read_frames,duration:format=duration';
-  const args = ['-v', 'error', '-count_frames', '-show_entries', entries, '-of', 'json', join(folder, name)];
+  const args = ['-v', 'error', '-count_frames', '-show_entries', entries, '-of', 'json', resolve(folder, name)];
   return JSON.parse(execFileSync('ffprobe', args));
 }
 
