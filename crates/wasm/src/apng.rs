@@ -153,7 +153,9 @@ mod tests {
             let control = *reader.info().frame_control().expect("its place");
             assert_eq!((control.delay_num, control.delay_den), (40, 1000));
             let (rows, _) = part.as_chunks::<4>();
-            for (i, pixel) in rows.iter().take((control.width * control.height) as usize).enumerate() {
+            for (i, pixel) in
+                rows.iter().take((control.width * control.height) as usize).enumerate()
+            {
                 let x = control.x_offset as usize + i % control.width as usize;
                 let y = control.y_offset as usize + i / control.width as usize;
                 canvas[y * 6 + x] = *pixel;

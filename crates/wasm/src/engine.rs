@@ -92,7 +92,8 @@ mod tests {
 
     #[test]
     fn frames_go_in_and_pictures_come_out() {
-        let mut engine = Engine::of(&Look::of(r#"{"points": "40"}"#).expect("sound")).expect("sound");
+        let mut engine =
+            Engine::of(&Look::of(r#"{"points": "40"}"#).expect("sound")).expect("sound");
         let picture: Vec<u8> = (0..64 * 48 * 4).map(|i| (i * 7 % 251) as u8 | 3).collect();
         let first = engine.next(&picture, 64, 48).expect("renders");
         assert_eq!(first.len(), picture.len());

@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use color_quant::NeuQuant;
 use ::gif::{DisposalMethod, Encoder, Frame, Repeat};
+use color_quant::NeuQuant;
 use wasm_bindgen::prelude::*;
 
 use crate::area::Area;
@@ -225,8 +225,9 @@ mod tests {
 
     #[test]
     fn many_colours_come_back_nearly() {
-        let pixels: Vec<[u8; 4]> =
-            (0..128u32 * 128).map(|i| [(i % 128 * 2) as u8, (i / 128 * 2) as u8, 90, 255]).collect();
+        let pixels: Vec<[u8; 4]> = (0..128u32 * 128)
+            .map(|i| [(i % 128 * 2) as u8, (i / 128 * 2) as u8, 90, 255])
+            .collect();
         let mut gif = Gif::of(128, 128, 0, false).expect("a size");
         gif.add(pixels.as_flattened(), 7).expect("a frame");
         let back = decoded(&gif.end().expect("a frame"));

@@ -96,7 +96,8 @@ impl Look {
         width: u32,
         height: u32,
     ) -> Self {
-        let (picture, preview) = (Size::new(picture_width, picture_height), Size::new(width, height));
+        let (picture, preview) =
+            (Size::new(picture_width, picture_height), Size::new(width, height));
         let mut look = self.clone();
         if picture != preview && self.options.points != Points::Auto {
             // Smaller triangles than some pixels would not be seen.
@@ -141,8 +142,7 @@ impl Look {
             return Err(Error::file("a mask has not as many bytes as pixels"));
         }
         let weights = Arc::from(weights);
-        self.options.focus =
-            Some(Focus::Mask(FocusMask { name: MASK.to_owned(), size, weights }));
+        self.options.focus = Some(Focus::Mask(FocusMask { name: MASK.to_owned(), size, weights }));
         Ok(())
     }
 }

@@ -38,8 +38,7 @@ pub fn svg_file(
 fn png(frame: &Frame) -> Result<Vec<u8>> {
     let mut file = Vec::new();
     let (width, height) = (frame.size().width, frame.size().height);
-    let encoder =
-        PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Paeth);
+    let encoder = PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Paeth);
     let written = if frame.is_opaque() {
         let rgb: Vec<[u8; 3]> = frame.pixels().iter().map(|&[r, g, b, _]| [r, g, b]).collect();
         encoder.write_image(rgb.as_flattened(), width, height, ExtendedColorType::Rgb8)
