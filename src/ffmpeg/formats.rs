@@ -40,7 +40,7 @@ const WHOLE_FILES: &str = "\
 const LISTS: [&str; 6] = ["m3u8", "m3u", "mpd", "ffconcat", "sdp", "idx"];
 
 /// Formats with timestamps that may restart or jump: streams that are cut and joined anywhere. ffmpeg repairs them,
-/// in all streams alike, unless it is told to keep them (`-copyts`).
+/// in all streams alike, unless `-copyts` keeps them.
 const RESTARTING: [&str; 8] =
     ["mpegts", "mpegtsraw", "mpeg", "flv", "live_flv", "ogg", "hls", "applehttp"];
 

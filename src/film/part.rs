@@ -149,9 +149,9 @@ fn options(plan: &Plan, unfinished: &Unfinished) -> SinkOptions {
     }
 }
 
-/// Takes the report of `chunk` away, so that nobody trusts a part while it is replaced.
+/// Removes the report of `chunk`, so that its part does not count as complete while it is replaced.
 pub fn forget(chunk: &Chunk, folder: &Path) {
-    // Where there is none there is nothing to take away.
+    // There may be none.
     let _ = fs::remove_file(report(folder, chunk.chunk));
 }
 

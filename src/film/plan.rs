@@ -308,7 +308,7 @@ fn lines(values: &[impl Serialize]) -> String {
     format!("[\n{}\n]", values.iter().map(json).collect::<Vec<_>>().join(",\n"))
 }
 
-/// What of `info` a plan tells.
+/// What a plan records of `info`.
 pub fn film_of(info: &StreamInfo, inputs: Vec<String>, content: (String, u64), hdr: bool) -> Film {
     Film { inputs, bytes: content.1, hash: content.0, format: info.format.clone(), hdr }
 }

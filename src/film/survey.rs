@@ -61,7 +61,7 @@ pub fn survey(
         decode
             .spawn_scoped(scope, move || {
                 if let Err(error) = decode_all(input, &frame_tx, &back_rx, stop) {
-                    // Nobody listens any more where the pass has ended.
+                    // The receiver is gone where the pass has ended.
                     let _ = frame_tx.send(Err(error));
                 }
             })

@@ -215,7 +215,7 @@ impl Totals {
     }
 }
 
-/// Tells the decode stage that the run is over, however the caller's part of it ends.
+/// Signals the decode stage that the run is over, however the caller's part of it ends.
 struct End<'a>(&'a AtomicBool);
 
 impl Drop for End<'_> {

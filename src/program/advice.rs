@@ -112,7 +112,7 @@ fn suggest_option(error: &mut Error, command: &Command, arguments: &[OsString]) 
     }
 }
 
-/// For a value that is none of a list.
+/// For a value that is not in a list.
 fn suggest_value(error: &mut Error) {
     let Some(given) = text_of(error, ContextKind::InvalidValue) else { return };
     let Some(ContextValue::Strings(valid)) = error.get(ContextKind::ValidValue) else { return };

@@ -21,7 +21,7 @@ use crate::program::cli::{RenderArgs, RunArgs};
 use crate::program::embed::Watcher;
 use crate::program::interrupt::Interrupt;
 use crate::program::progress::TICK;
-use crate::program::render::{render_to, tell};
+use crate::program::render::{render_to, say_summary};
 use crate::program::{Outcome, terminal};
 
 /// Whether `args`, which are no sequence, ask for a batch without saying so: pictures of several sizes, or animations
@@ -197,7 +197,7 @@ fn stems(files: &[PathBuf]) -> Vec<Stem> {
     stems.collect()
 }
 
-/// Tells on the terminal how a batch goes.
+/// Reports the progress of a batch on the terminal.
 struct Progress<'a> {
     run: &'a RunArgs,
     bar: ProgressBar,
@@ -250,7 +250,7 @@ impl Watcher for Progress<'_> {
 
     fn ended(&mut self, info: &StreamInfo, written: &OutputReport, summary: &Summary) {
         if self.run.verbose || matches!(summary.ending, Ending::Truncated(_)) {
-            self.bar.suspend(|| tell(self.run, info, written, summary));
+            self.bar.suspend(|| say_summary(self.run, info, written, summary));
         }
     }
 }

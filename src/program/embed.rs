@@ -38,7 +38,7 @@ struct Whole {
 /// What the value of an option is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Value {
-    /// There is none: the option is given or not.
+    /// None: the option is a flag.
     None,
     /// It may be left out.
     Optional,

@@ -66,7 +66,7 @@ pub fn main() -> ExitCode {
 /// A command that runs the program: this process's own, or Python's with the package.
 ///
 /// # Errors
-/// When the system does not tell what this process runs.
+/// When the path of this program cannot be found.
 fn itself() -> std::io::Result<std::process::Command> {
     let mut command = std::process::Command::new(std::env::current_exe()?);
     if !IS_PROGRAM.load(Ordering::Relaxed) {

@@ -15,7 +15,7 @@ fn no_window() -> Error {
     Error::output("preview", "this polyreel was built without its window (feature 'preview')")
 }
 
-/// Tells that there is no window.
+/// Reports that there is no window.
 pub(crate) fn preview(_: &PreviewArgs) -> Result<Outcome> {
     Err(no_window())
 }
@@ -24,7 +24,7 @@ pub(crate) fn preview(_: &PreviewArgs) -> Result<Outcome> {
 pub(crate) enum RenderWindow {}
 
 impl RenderWindow {
-    /// Tells that there is no window.
+    /// Reports that there is no window.
     pub(crate) fn open(_: &[OsString], _: &StreamInfo, _: Controls) -> Result<Self> {
         Err(no_window())
     }

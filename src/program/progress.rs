@@ -1,4 +1,4 @@
-//! What a render tells on standard error: its progress bar, warnings and the line at its end.
+//! What a render writes to standard error: its progress bar, warnings and the line at its end.
 
 use std::fmt::Write;
 use std::io::{IsTerminal, stderr};
@@ -11,13 +11,13 @@ use polyreel::stream::StreamInfo;
 
 use crate::program::cli::RunArgs;
 use crate::program::embed::Watcher;
-use crate::program::render::tell;
+use crate::program::render::say_summary;
 use crate::program::terminal;
 
 /// How often the bar is drawn while no frame comes.
 pub(crate) const TICK: Duration = Duration::from_millis(200);
 
-/// Tells on the terminal how a run goes.
+/// Reports the progress of a run on the terminal.
 #[derive(Debug)]
 pub(crate) struct Progress<'a> {
     run: &'a RunArgs,
@@ -116,6 +116,6 @@ impl Watcher for Progress<'_> {
     }
 
     fn ended(&mut self, info: &StreamInfo, written: &OutputReport, summary: &Summary) {
-        tell(self.run, info, written, summary);
+        say_summary(self.run, info, written, summary);
     }
 }

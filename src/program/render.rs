@@ -36,7 +36,7 @@ use crate::program::remark::remarks;
 use crate::program::repaint::repaint;
 use crate::program::terminal;
 
-/// Renders the input to the output, and tells of it on the terminal.
+/// Renders the input to the output, and reports on the terminal.
 pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
     if let Some(plan) = &args.film.plan {
         return film::render_parts(args, plan);
@@ -181,13 +181,13 @@ pub(crate) struct Frames<'a> {
 }
 
 impl<'a> Frames<'a> {
-    /// Tells `watcher` that frames of `info` follow.
+    /// Informs `watcher` that frames of `info` follow.
     pub(crate) fn begin(watcher: &'a mut dyn Watcher, info: &StreamInfo, keep: bool) -> Self {
         watcher.begins(info);
         Self { watcher, reports: keep.then(Vec::new) }
     }
 
-    /// Tells that no more follow. The reports that were kept.
+    /// Informs it that no more follow. Returns the reports that were kept.
     pub(crate) fn end(self) -> Vec<FrameReport> {
         self.watcher.frames_end();
         self.reports.unwrap_or_default()
@@ -352,7 +352,12 @@ fn settings_line(options: &Options, args: &RenderArgs) -> String {
 }
 
 /// What there is to say on standard error after a run that did not fail.
-pub(crate) fn tell(run: &RunArgs, info: &StreamInfo, written: &OutputReport, summary: &Summary) {
+pub(crate) fn say_summary(
+    run: &RunArgs,
+    info: &StreamInfo,
+    written: &OutputReport,
+    summary: &Summary,
+) {
     if let Ending::Truncated(error) = &summary.ending {
         terminal::warn(format_args!("{error}; the output holds what came before"));
     }

@@ -86,7 +86,7 @@ fn coarse_time_base(rate: Option<Rational>, limit: i64) -> Rational {
 }
 
 impl VideoSink {
-    /// Starts an encoder for the file `path`, whose extension tells the container. Of `with`,
+    /// Starts an encoder for the file `path`, whose extension chooses the container. Of `with`,
     /// `sound` is not looked at: that of `spec` counts.
     ///
     /// # Errors
@@ -312,7 +312,7 @@ impl Sink for VideoSink {
         let status =
             self.child.wait().map_err(|e| Error::output(self.place.named(), e.to_string()))?;
         // With sound in it, a complaint may be of that: the last step, which looks at the picture
-        // alone and puts the sound in anew, is to tell.
+        // alone and puts the sound in anew, decides.
         let complained = self.child.complained();
         if !status.success() || complained && !self.along {
             return Err(self.fallen());

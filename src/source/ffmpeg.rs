@@ -59,8 +59,8 @@ pub(crate) fn open(path: PathBuf, options: &SourceOptions) -> Result<Input> {
 /// Only from here on ffmpeg looks for a place to begin at: what comes before is decoded in less than a second.
 const FAR: f64 = 10.0;
 
-/// Seconds before the first wanted frame at which it begins: a key frame is told by when it is decoded, or comes with
-/// others that lean on what is not there; and the first stream may begin up to a second before our 0 or after it.
+/// Seconds before the first wanted frame at which it begins: key frames have times of decoding, or come with
+/// frames that refer to missing ones; and the first stream may begin up to a second before our 0 or after it.
 const AHEAD: i64 = 3;
 
 /// Where ffmpeg is to begin, in seconds, if frames from `start` on are wanted; 0 for the beginning.
@@ -195,7 +195,7 @@ pub struct VideoSource {
     stdout: Option<BufReader<Pipe<ChildStdout>>>,
     reader: Option<Frames>,
     child: Child,
-    /// The frame after the one last delivered: its time tells how long that one is shown.
+    /// The frame after the one last delivered: its time gives the duration of that one.
     ahead: Option<Raw>,
     spare: Vec<u8>,
     /// Buffers of a recycled frame.
@@ -255,7 +255,7 @@ impl VideoSource {
                 return Some(raw);
             }
             self.spare = raw.data;
-            // Of what was not decoded nobody knows how many they are.
+            // The number of frames that were not decoded is unknown.
             self.delivered += u64::from(self.place == 0);
         }
     }

@@ -60,7 +60,7 @@ impl MeshSource {
         Some(&*self.path).filter(|path| *path != Path::new("-"))
     }
 
-    /// What its header tells.
+    /// The contents of its header.
     pub fn info(&self) -> &StreamInfo {
         &self.info
     }

@@ -73,7 +73,7 @@ enum State {
     Header,
     /// So much of a header that was read, from a place on.
     Given([u8; 8], usize),
-    /// So many bytes of a chunk.
+    /// The next bytes of a chunk, this many.
     Data(u64),
 }
 

@@ -68,7 +68,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// The definition, pixel by pixel: the centre, nudged to the right and then down by less than any
-    /// distance that can be told apart, lies inside.
+    /// distance that can be distinguished, lies inside.
     fn covers([a, b, c]: [Point; 3], p: Point) -> bool {
         [(a, b), (b, c), (c, a)].iter().all(|&(from, to)| {
             let side = orient(from, to, p);

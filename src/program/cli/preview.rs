@@ -19,7 +19,7 @@ the newest frame is shown. Press h in the window for its keys.\n\nExamples:
 #[derive(Debug, Args)]
 #[command(override_usage = "polyreel preview [OPTIONS] <INPUT>...")]
 #[command(after_help = PREVIEW_EXAMPLES)]
-// A build without the window only tells that it has none.
+// A build without the window only says so.
 #[cfg_attr(not(feature = "preview"), allow(dead_code))]
 pub(crate) struct PreviewArgs {
     #[command(flatten)]

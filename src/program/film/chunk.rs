@@ -24,7 +24,7 @@ use crate::program::terminal;
 /// Renders what `args` ask for of a planned film.
 pub(crate) fn render_parts(args: &RenderArgs, plan: &std::path::Path) -> Result<Outcome> {
     let film = &args.film;
-    // A chunk that ends early is none: the first Ctrl-C ends the program.
+    // A chunk that ends early is of no use: the first Ctrl-C ends the program.
     let interrupt = Interrupt::listen(&Stop::default());
     if film.until_input_ends {
         end_with_input(interrupt.clone());

@@ -57,7 +57,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome> {
     }
     record::put(&args.output, plan.to_text().as_bytes(), args.write.overwrite)?;
     if !args.quiet {
-        tell(&plan, &args.output);
+        report(&plan, &args.output);
     }
     Ok(Outcome::Done)
 }
@@ -251,7 +251,7 @@ fn reading(options: &SourceOptions, kind: Kind) -> Reading {
     Reading { start, end, frames, fps, max_size, max_memory, allow_truncated, kind }
 }
 
-fn tell(plan: &plan::Plan, output: &Path) {
+fn report(plan: &plan::Plan, output: &Path) {
     let count =
         |n: usize, what: &str| if n == 1 { format!("1 {what}") } else { format!("{n} {what}s") };
     let longest = plan.chunks.iter().map(|chunk| chunk.frames).max().unwrap_or(0);

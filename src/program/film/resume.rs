@@ -122,7 +122,7 @@ fn known(folder: &Path, request: &Request<'_>, ffmpeg: &Ffmpeg) -> Option<Plan> 
 
 /// Removes the parts, which are no longer needed, and what killed runs have left.
 fn remove(work: &Work) {
-    // What cannot be removed is in nobody's way, and others' files stay.
+    // What cannot be removed does no harm. Files of others stay.
     for entry in fs::read_dir(&work.folder).into_iter().flatten().flatten() {
         if is_ours(&entry.file_name().to_string_lossy()) {
             let _ = fs::remove_file(entry.path());

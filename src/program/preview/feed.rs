@@ -46,7 +46,7 @@ fn read(mut input: Input, allow_truncated: bool, deck: &Deck) -> Result<()> {
     }
 }
 
-/// Reads what starts at `from` or later to the end, or until nobody wants it. The number of frames.
+/// Reads what starts at `from` or later to the end, or until the window is gone. Returns the number of frames.
 fn read_round(
     mut source: Box<dyn Source>,
     from: Rational,

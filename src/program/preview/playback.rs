@@ -161,7 +161,7 @@ impl State {
     }
 }
 
-/// What the window tells and asks of playback.
+/// Messages from the window to playback.
 #[derive(Debug)]
 pub(super) struct Deck {
     state: Mutex<State>,
@@ -281,7 +281,7 @@ impl Deck {
         !state.over
     }
 
-    /// For the feed: whether nobody wants the frames that it reads now, because somebody wants to jump
+    /// For the feed: whether the frames that it reads now are not needed, because of a jump
     /// or all is over.
     pub(super) fn looks_away(&self) -> bool {
         let state = self.lock();

@@ -2,7 +2,7 @@
 //!
 //! Both sides grow the mesh from the frame's border inwards. The border's edges are known: they join the vertices
 //! that lie on it, in their turn. Open edges wait in a queue; for the first of them the apex of the triangle to its
-//! left is told, which closes the edge and opens up to two others. What is told is where the apex stands among
+//! left is coded, which closes the edge and opens up to two others. What is coded is where the apex stands among
 //! those that geometry, or the frame before, lets expect: see [`Apexes`]. With v vertices, h of them on the border,
 //! there are 2 v - h - 2 triangles.
 
@@ -32,7 +32,7 @@ impl Default for Models {
     }
 }
 
-/// Triangles in the order in which they are told, the edge from which they grew first.
+/// Triangles in coding order, the edge from which they grew first.
 #[derive(Debug, Default)]
 pub(super) struct Grown {
     pub(super) triangles: Vec<[u32; 3]>,
@@ -99,7 +99,7 @@ pub(super) fn pass(
             None => {
                 let except = old.map(|old| old.0);
                 let best = apexes.best((a, b), points, &open, except);
-                (told(bits, models, &best, points.len(), wanted)?, NONE)
+                (coded_apex(bits, models, &best, points.len(), wanted)?, NONE)
             }
         };
         if apex == a
@@ -123,7 +123,7 @@ pub(super) fn pass(
 }
 
 /// Passes where the apex stands among the `best`, or its number.
-fn told(
+fn coded_apex(
     bits: &mut impl Bits,
     models: &mut Models,
     best: &super::apexes::Best,

@@ -1,7 +1,7 @@
 //! The mesh stream (`.polyreel`): the meshes of a clip, one after another, with the colours of their triangles.
 //!
 //! Nothing is lost: what is read is the mesh that was written, up to the numbers of its vertices. Frames that go on
-//! from the one before tell only what has changed. The page `docs/mesh-stream.md` specifies every bit.
+//! from the one before hold only what has changed. The page `docs/mesh-stream.md` specifies every bit.
 
 mod apexes;
 mod colours;

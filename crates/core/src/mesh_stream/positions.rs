@@ -88,7 +88,7 @@ pub(super) struct MoveModels {
 }
 
 /// Passes what became of each of `points`, the corners left out; `fates` has a place for each. Neighbours in the
-/// mesh so far, `edges`, tell what to expect.
+/// mesh so far, `edges`, predict it.
 pub(super) fn pass_fates(
     bits: &mut impl Bits,
     models: &mut MoveModels,

@@ -75,7 +75,7 @@ impl<R: Read> MeshReader<R> {
     /// Reads the header.
     ///
     /// # Errors
-    /// When it is none, or of a later version.
+    /// When it is not a mesh stream, or of a later version.
     pub fn new(mut input: R) -> Result<Self, ReadError> {
         let mut start = [0; 20];
         input.read_exact(&mut start).map_err(|error| match error.kind() {

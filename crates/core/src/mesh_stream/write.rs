@@ -107,7 +107,7 @@ impl MeshWriter {
         corners.chain(seeds).collect()
     }
 
-    /// Whether a vertex that lay on a border still does: others are told as new ones.
+    /// Whether a vertex that lay on a border still does: others are coded as new ones.
     fn same_border(&self, a: Point, b: Point) -> bool {
         use crate::mesh::Place;
         let far = self.size.far();
@@ -139,7 +139,7 @@ fn packet(kind: u8, payload: &[u8]) -> Vec<u8> {
 }
 
 fn put_time(bytes: &mut Vec<u8>, time: Time) {
-    // A length of 0/0 is none.
+    // 0/0 stands for no length.
     let (num, den) = time.length.map_or((0, 0), |Rational { num, den }| (num, den));
     for value in [time.start.num, time.start.den, num, den] {
         bytes.extend(value.to_le_bytes());

@@ -25,7 +25,7 @@ impl Palette {
     /// The palette in the `text` of a file: of GIMP (`.gpl`), or one colour a line (`.hex`).
     ///
     /// # Errors
-    /// When it has no colours or too many, or a line is none.
+    /// When it has no colours or too many, or a line is not a colour.
     pub fn from_file(text: &str) -> Result<Self> {
         let is_gimp = text.trim_start_matches('\u{feff}').starts_with("GIMP Palette");
         let mut colours = Vec::new();

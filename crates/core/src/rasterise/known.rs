@@ -87,7 +87,7 @@ mod tests {
             outlined(&mesh, colours, options).iter().map(|(_, edges)| edges.len()).sum()
         };
         let every = count(&colours, &all);
-        // Euler: vertices and triangles tell the number of edges.
+        // The number of edges follows from those of vertices and triangles (Euler's formula).
         assert_eq!(every, mesh.vertices.len() + mesh.triangles.len() - 1);
         assert_eq!(count(&colours, &Options::default()), 0);
         let some = Options { outline_contrast: 30, ..all.clone() };

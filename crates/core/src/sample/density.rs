@@ -121,7 +121,7 @@ impl Binned {
         // Only cells whose number still changes are counted again.
         let mut open: Vec<usize> = (0..self.quotas.len()).collect();
         let mut settled = 0;
-        // 40 halvings tell scales apart that differ by 1e-12, so that points are added one by one.
+        // 40 halvings separate scales that differ by 1e-12, so that points are added one by one.
         for _ in 0..40 {
             open.retain(|&cell| {
                 let (least, most) = (self.kept(cell, low), self.kept(cell, high));

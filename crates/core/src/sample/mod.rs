@@ -136,7 +136,7 @@ impl Sampler {
                 if before == self.seeds {
                     return Start::Mesh(mesh);
                 }
-                // Where the number follows from the grid, the mesh tells it.
+                // Where the number follows from the grid, the mesh has it.
                 let now = match self.counted(size) {
                     Some(target) => target,
                     None => mesh.seeds().len() * self.seeds as usize / before.max(1) as usize,
@@ -189,7 +189,7 @@ impl Sampler {
             };
         }
         let stayed = seeds.iter().zip(&self.before).filter(|(now, then)| now == then).count();
-        // A seed that was re-placed at its own position cannot be told from one that stayed.
+        // A seed that was re-placed at its own position cannot be distinguished from one that stayed.
         let born = replaced.len().min(seeds.len() - stayed);
         Life { kept: stayed, moved: seeds.len() - stayed - born, born, died: born, cut: false }
     }

@@ -71,7 +71,7 @@ pub struct SvgOptions<'a> {
 fn units_per_pixel(mesh: &Mesh) -> i32 {
     let facets = mesh.triangles.len().max(1);
     let side = (mesh.size.pixels() as f64 / facets as f64).sqrt();
-    // A step of two digits takes most of its bytes for digits that nobody sees when facets are large.
+    // With steps of two digits most bytes are digits that make no visible difference where facets are large.
     if side < 24.0 { 8 } else { 4 }
 }
 
