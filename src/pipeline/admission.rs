@@ -114,12 +114,19 @@ pub(super) fn decode(
                 in_warmup = is_warmup;
                 report.pts_s = span.start.to_f64();
                 let options = admission.controls.options();
-                let detail = admission.controller.for_frame(is_warmup).initial_detail(index);
+                let is_full = is_warmup || admission.controls.is_full_detail();
+                let detail = admission.controller.for_frame(is_full).initial_detail(index);
                 detail.map(|detail| {
                     let settings = FrameSettings { options, detail };
                     let requested_steps = 0;
-                    let context =
-                        FrameContext { settings, requested_steps, span, is_warmup, report };
+                    let context = FrameContext {
+                        settings,
+                        requested_steps,
+                        span,
+                        is_warmup,
+                        is_full,
+                        report,
+                    };
                     Admitted { context, frame }
                 })
             }

@@ -1,5 +1,6 @@
 //! Options that can change while the pipeline runs.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, PoisonError, RwLock};
 
 use crate::error::Result;
@@ -7,7 +8,10 @@ use crate::options::Options;
 
 /// The options of a run, which can change while it runs. Clones are the same controls.
 #[derive(Clone, Debug, Default)]
-pub struct Controls(Arc<RwLock<Arc<Options>>>);
+pub struct Controls {
+    options: Arc<RwLock<Arc<Options>>>,
+    full_detail: Arc<AtomicBool>,
+}
 
 impl Controls {
     /// Controls with the initial `options`.
@@ -16,13 +20,13 @@ impl Controls {
     /// When an option is out of range.
     pub fn new(options: Options) -> Result<Self> {
         options.validate()?;
-        Ok(Self(Arc::new(RwLock::new(Arc::new(options)))))
+        Ok(Self { options: Arc::new(RwLock::new(Arc::new(options))), ..Self::default() })
     }
 
     /// The current options: the same `Arc` until they change.
     pub fn options(&self) -> Arc<Options> {
         // No code panics while it holds the lock, and an Arc is always complete.
-        self.0.read().unwrap_or_else(PoisonError::into_inner).clone()
+        self.options.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Changes the options for all frames that are admitted from now on.
@@ -31,11 +35,21 @@ impl Controls {
     /// When an option is out of range; nothing is changed then.
     pub fn set(&self, options: Options) -> Result<()> {
         options.validate()?;
-        let mut current = self.0.write().unwrap_or_else(PoisonError::into_inner);
+        let mut current = self.options.write().unwrap_or_else(PoisonError::into_inner);
         if **current != options {
             *current = Arc::new(options);
         }
         Ok(())
+    }
+
+    /// Whether frames that are admitted from now on have full detail, whatever the budget. At first they do not.
+    pub fn set_full_detail(&self, full: bool) {
+        self.full_detail.store(full, Ordering::Relaxed);
+    }
+
+    /// See [`Controls::set_full_detail`].
+    pub(super) fn is_full_detail(&self) -> bool {
+        self.full_detail.load(Ordering::Relaxed)
     }
 }
 

@@ -56,10 +56,10 @@ impl DetailController {
         }
     }
 
-    /// The controller of a frame. A frame of a warm-up pass has full detail: its detail is in no report, and a
-    /// replay must use the same.
-    pub(super) fn for_frame(&self, is_warmup: bool) -> &Self {
-        if is_warmup { &Self::Options } else { self }
+    /// The controller of a frame, which may have full detail whatever the budget: a frame of a warm-up pass has, as
+    /// its detail is in no report, and a replay must use the same.
+    pub(super) fn for_frame(&self, is_full: bool) -> &Self {
+        if is_full { &Self::Options } else { self }
     }
 
     /// The detail of frame `index` when it is admitted. Under a budget each stage changes its own part later.

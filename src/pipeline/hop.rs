@@ -47,6 +47,8 @@ pub(super) struct FrameContext {
     pub(super) span: Span,
     /// Whether it is part of a [warm-up pass](crate::source::Decoded::is_warmup).
     pub(super) is_warmup: bool,
+    /// Whether it has full detail whatever the budget.
+    pub(super) is_full: bool,
     /// The results of the stages so far.
     pub(super) report: FrameReport,
 }

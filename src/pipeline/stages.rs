@@ -118,7 +118,7 @@ impl Process for Features<'_> {
         if let Some(options) = context.settings.changed_options(&mut self.options) {
             self.stage.retune(options);
         }
-        let controller = self.controller.for_frame(context.is_warmup);
+        let controller = self.controller.for_frame(context.is_full);
         controller.before_features(&mut context);
         let look = context.settings.detail.look;
         let mut probe = timer.probe(pool, &mut context.report);
@@ -170,7 +170,7 @@ impl Process for BuildMesh<'_> {
         if let Ok(mesh) = self.meshes.try_recv() {
             self.stage.recycle(mesh);
         }
-        let controller = self.controller.for_frame(context.is_warmup);
+        let controller = self.controller.for_frame(context.is_full);
         controller.before_mesh(&mut context, &features, &self.stage);
         let detail = context.settings.detail;
         let last = || self.residuals.last();
@@ -230,7 +230,7 @@ impl Process for Paint<'_> {
         if let Ok(buffers) = self.pictures.try_recv() {
             self.stage.recycle(buffers);
         }
-        let controller = self.controller.for_frame(context.is_warmup);
+        let controller = self.controller.for_frame(context.is_full);
         controller.before_painting(&mut context);
         let rows = context.settings.detail.rows;
         let residuals = hints.residual.is_some().then_some(&self.residuals);

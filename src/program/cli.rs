@@ -168,7 +168,7 @@ pub(crate) struct InfoArgs {
 }
 
 /// What is read, and how much of it.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Input")]
 pub(crate) struct InputArgs {
     /// A picture, GIF or video, several pictures, a folder of them, a quoted glob ('shots/*.png'), a

@@ -44,12 +44,17 @@ impl Letters {
     }
 
     /// Writes `text` in `ink` on `picture`, with its top left corner at `(left, top)`.
-    pub(crate) fn write(
+    pub(crate) fn write(&self, picture: &mut RgbImage, text: &str, at: (u32, u32), ink: Rgb<u8>) {
+        self.draw(text, at, |place, coverage| blend(picture, place, ink, coverage));
+    }
+
+    /// Calls `dot` with each pixel that `text` covers, and how much of it, 0 to 1. The text's top left corner is at
+    /// `(left, top)`.
+    pub(crate) fn draw(
         &self,
-        picture: &mut RgbImage,
         text: &str,
         (left, top): (u32, u32),
-        ink: Rgb<u8>,
+        mut dot: impl FnMut((u32, u32), f32),
     ) {
         for mut glyph in self.line(text).0 {
             glyph.position += point(left as f32, top as f32);
@@ -58,7 +63,7 @@ impl Letters {
             outlined.draw(|x, y, coverage| {
                 let at = (corner.x + x as f32, corner.y + y as f32);
                 if at.0 >= 0.0 && at.1 >= 0.0 {
-                    blend(picture, (at.0 as u32, at.1 as u32), ink, coverage);
+                    dot((at.0 as u32, at.1 as u32), coverage);
                 }
             });
         }

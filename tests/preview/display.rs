@@ -4,8 +4,9 @@ use std::io::Write as _;
 
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{
-    AtomEnum, ClientMessageEvent, ConfigureWindowAux, ConnectionExt, EventMask, ImageFormat,
-    InputFocus, KEY_PRESS_EVENT, KEY_RELEASE_EVENT, Window,
+    AtomEnum, BUTTON_PRESS_EVENT, BUTTON_RELEASE_EVENT, ClientMessageEvent, ConfigureWindowAux,
+    ConnectionExt, EventMask, ImageFormat, InputFocus, KEY_PRESS_EVENT, KEY_RELEASE_EVENT,
+    MOTION_NOTIFY_EVENT, Window,
 };
 use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
@@ -115,9 +116,26 @@ impl Display {
         let place = map.keysyms.chunks(each).position(|keys| keys[0] == key);
         let code = first + place.expect("the key is on the keyboard") as u8;
         for event in [KEY_PRESS_EVENT, KEY_RELEASE_EVENT] {
-            let sent = self.x.xtest_fake_input(event, code, 0, self.root, 0, 0, 0);
-            sent.expect("XTEST").check().expect("the key is pressed");
+            self.fake(event, code, (0, 0));
         }
+    }
+
+    /// Moves the mouse to a place of `window`, which is in the corner of the screen.
+    pub(crate) fn point(&self, window: Window, (x, y): (i16, i16)) {
+        let place = self.x.translate_coordinates(window, self.root, x, y).expect("a window");
+        let place = place.reply().expect("a place");
+        self.fake(MOTION_NOTIFY_EVENT, 0, (place.dst_x, place.dst_y));
+    }
+
+    /// Presses or releases a button of the mouse: 1 is the left one, 4 and 5 are the wheel.
+    pub(crate) fn button(&self, button: u8, down: bool) {
+        let event = if down { BUTTON_PRESS_EVENT } else { BUTTON_RELEASE_EVENT };
+        self.fake(event, button, (0, 0));
+    }
+
+    fn fake(&self, event: u8, detail: u8, (x, y): (i16, i16)) {
+        let sent = self.x.xtest_fake_input(event, detail, 0, self.root, x, y, 0);
+        sent.expect("XTEST").check().expect("the event is made");
     }
 
     /// In the corner of the screen, so that all of it can be seen.

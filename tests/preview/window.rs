@@ -15,6 +15,8 @@ use crate::wait::until;
 const HELP_KEYS: u32 = 0xff_c83c;
 const SEEDS: u32 = 0xff_3030;
 const SLIDER: u32 = 0xff_ffff;
+const PLAYED: u32 = 0x6c_b6ff;
+const TRACK: u32 = 0x3a_3a40;
 
 const LEFT: u32 = 0xff51;
 const ESCAPE: u32 = 0xff1b;
@@ -53,6 +55,15 @@ fn is_lit(shot: &Shot) -> bool {
     shot.picture().iter().filter(|&&pixel| pixel != 0).count() > shot.picture().len() / 2
 }
 
+/// The window when its picture no longer moves.
+fn still(display: &Display, window: u32) -> Shot {
+    until("it stands still", || {
+        let shot = display.shot(window)?;
+        std::thread::sleep(std::time::Duration::from_millis(300));
+        display.shot(window).filter(|later| later.picture() == shot.picture())
+    })
+}
+
 fn names(folder: &Path, part: &str) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("a folder").flatten();
     let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
@@ -80,14 +91,11 @@ fn keys_change_what_the_window_shows() {
     }
 
     display.press(' '.into());
-    let rest = until("it stands still", || {
-        let shot = display.shot(window)?;
-        std::thread::sleep(std::time::Duration::from_millis(300));
-        display.shot(window).filter(|later| later.picture() == shot.picture())
-    });
+    let rest = still(&display, window);
     // Every change of the look is seen on the frame that stands still.
     let mut before = rest;
-    for key in ['.', 'o', '2', '-', '=', '[', ']', ';', ',', 'o'] {
+    let keys = "n b o l 2 - = [ ] ; , o d i v y u a 0 t t m m .";
+    for key in keys.chars().filter(|key| *key != ' ') {
         display.press(key.into());
         let what = format!("a change by {key}");
         before = display.shot_where(window, &what, |shot| shot.pixels != before.pixels);
@@ -144,6 +152,68 @@ fn keys_write_files_and_never_replace_one() {
 }
 
 #[test]
+fn the_mouse_zooms_and_jumps() {
+    let Some(display) = Display::open() else { return };
+    let _alone = alone();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    given::gif(&folder.path().join("disc.gif"), 50);
+    let running = Running::start(folder.path(), &["preview", "disc.gif"]);
+    let window = display.window("disc");
+    display.shot_where(window, "a picture", is_lit);
+    display.press(' '.into());
+    let rest = still(&display, window);
+    display.resize(window, 800, 600);
+    let whole = display.shot_where(window, "the whole", |shot| shot.width == 800 && is_lit(shot));
+    display.point(window, (400, 200));
+    for _ in 0..4 {
+        display.button(4, true);
+        display.button(4, false);
+    }
+    let zoomed = display.shot_where(window, "a part", |shot| shot.picture() != whole.picture());
+    display.button(1, true);
+    display.point(window, (300, 150));
+    display.shot_where(window, "another part", |shot| shot.picture() != zoomed.picture());
+    display.button(1, false);
+    display.press('z'.into());
+    display.shot_where(window, "the whole again", |shot| shot.picture() == whole.picture());
+    // Near the end of the timeline, which is in the middle of the second line.
+    let played = |shot: &Shot| shot.count(PLAYED);
+    let before = played(&whole);
+    let y = (0..whole.height).rfind(|y| {
+        whole.pixels[y * whole.width..][..whole.width].iter().filter(|&&p| p == TRACK).count() > 50
+    });
+    display.point(window, (600, y.expect("a timeline") as i16));
+    display.button(1, true);
+    display.button(1, false);
+    display.shot_where(window, "a jump", |shot| {
+        played(shot) > before + 200 && shot.picture() != rest.picture()
+    });
+    display.press('q'.into());
+    assert_eq!(running.end(), 0);
+}
+
+#[test]
+fn an_export_is_a_render_with_the_look_of_the_window() {
+    let Some(display) = Display::open() else { return };
+    let _alone = alone();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    given::gif(&folder.join("disc.gif"), 25);
+    let running = Running::start(folder, &["preview", "disc.gif", "--points", "90"]);
+    let window = display.window("disc");
+    display.shot_where(window, "a picture", is_lit);
+    display.press('d'.into());
+    display.press('x'.into());
+    until("an export", || folder.join("disc-lowpoly.gif").exists().then_some(()));
+    display.press('q'.into());
+    assert_eq!(running.end(), 0);
+    let line = ["render", "disc.gif", "-o", "same.gif", "--points", "90", "--seed", "1"];
+    assert_eq!(Running::start(folder, &line).end(), 0);
+    let read = |name: &str| fs::read(folder.join(name)).expect("a file");
+    assert!(read("disc-lowpoly.gif") == read("same.gif"), "it has the bytes of a render");
+}
+
+#[test]
 fn a_resized_window_keeps_the_proportion() {
     let Some(display) = Display::open() else { return };
     let _alone = alone();
@@ -152,12 +222,14 @@ fn a_resized_window_keeps_the_proportion() {
     let running = Running::start(folder.path(), &["preview", "still.png"]);
     let window = display.window("still");
     display.shot_where(window, "a picture", is_lit);
+    // Without the bar there is nothing but the picture.
+    display.press('m'.into());
     for (width, height) in [(900, 300), (300, 700), (1000, 760)] {
         display.resize(window, width, height);
         let (width, height) = (width as usize, height as usize);
         display.shot_where(window, "the picture in its new size", |shot| {
             let lit: Vec<_> = (0..shot.pixels.len())
-                .filter(|&i| ![0, 0x18_1818, 0xe6_e6e6].contains(&shot.pixels[i]))
+                .filter(|&i| shot.pixels[i] != 0)
                 .map(|i| (i % shot.width, i / shot.width))
                 .collect();
             let extent = |of: fn(&(usize, usize)) -> usize| {

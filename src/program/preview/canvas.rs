@@ -1,17 +1,6 @@
 //! The pixels of the window, and letters on them.
 
-use embedded_graphics::Pixel;
-use embedded_graphics::geometry::{OriginDimensions, Point, Size};
-use embedded_graphics::mono_font::ascii::FONT_8X13;
-use embedded_graphics::mono_font::{MonoFont, MonoTextStyle};
-use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
-use embedded_graphics::prelude::{DrawTarget, Drawable};
-use embedded_graphics::text::{Baseline, Text};
-
-const FONT: MonoFont<'static> = FONT_8X13;
-
-/// Width and height of a letter, with the room around it, before it is magnified.
-pub(super) const LETTER: (usize, usize) = (8, 15);
+use crate::program::letters::Letters;
 
 /// A rectangle of a canvas, in pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -20,6 +9,15 @@ pub(super) struct Area {
     pub(super) y: usize,
     pub(super) width: usize,
     pub(super) height: usize,
+}
+
+impl Area {
+    /// Whether a place in pixels lies in it.
+    pub(super) fn contains(&self, (x, y): (f64, f64)) -> bool {
+        let inside =
+            |v: f64, start: usize, length: usize| v >= start as f64 && v < (start + length) as f64;
+        inside(x, self.x, self.width) && inside(y, self.y, self.height)
+    }
 }
 
 /// Pixels as the window takes them: `0RGB`, row by row.
@@ -65,14 +63,20 @@ impl Canvas {
         }
     }
 
-    /// Writes `text` in `colour` with its top left corner at `(x, y)`, each of its pixels `scale` pixels
-    /// wide and high. What does not fit is cut off.
-    pub(super) fn write(&mut self, text: &str, (x, y): (usize, usize), scale: usize, colour: u32) {
-        let [_, r, g, b] = colour.to_be_bytes();
-        let style = MonoTextStyle::new(&FONT, Rgb888::new(r, g, b));
-        let mut magnified = Magnified { canvas: self, at: (x, y), scale };
-        // A canvas takes everything.
-        let _ = Text::with_baseline(text, Point::zero(), style, Baseline::Top).draw(&mut magnified);
+    /// Writes `text` in `colour` with its top left corner at `(x, y)`. What does not fit is cut off.
+    pub(super) fn write(
+        &mut self,
+        text: &str,
+        (x, y): (usize, usize),
+        letters: &Letters,
+        colour: u32,
+    ) {
+        letters.draw(text, (x as u32, y as u32), |(x, y), coverage| {
+            let weight = (coverage.clamp(0.0, 1.0) * 256.0).round() as u32;
+            let x = x as usize;
+            let pixels = self.row(y as usize, x..x + 1).iter_mut();
+            pixels.for_each(|pixel| *pixel = mixed(*pixel, colour, weight));
+        });
     }
 
     /// Draws a line between two places in pixels, half `colour` and half what is there, as far as it lies
@@ -89,9 +93,7 @@ impl Canvas {
 
     /// Changes the pixel at a place, if it lies in `area`.
     fn dot(&mut self, (x, y): (f64, f64), area: Area, change: impl Fn(u32) -> u32) {
-        let inside =
-            |v: f64, start: usize, length: usize| v >= start as f64 && v < (start + length) as f64;
-        if inside(x, area.x, area.width) && inside(y, area.y, area.height) {
+        if area.contains((x, y)) {
             let (x, y) = (x as usize, y as usize);
             self.row(y, x..x + 1).iter_mut().for_each(|pixel| *pixel = change(*pixel));
         }
@@ -112,37 +114,10 @@ fn halved(a: u32, b: u32) -> u32 {
     (a >> 1 & 0x7f_7f7f) + (b >> 1 & 0x7f_7f7f)
 }
 
-/// A canvas seen through a magnifying glass.
-struct Magnified<'a> {
-    canvas: &'a mut Canvas,
-    at: (usize, usize),
-    scale: usize,
-}
-
-impl OriginDimensions for Magnified<'_> {
-    fn size(&self) -> Size {
-        let side = |pixels: usize| u32::try_from(pixels / self.scale).unwrap_or(u32::MAX);
-        Size::new(side(self.canvas.width), side(self.canvas.height))
-    }
-}
-
-impl DrawTarget for Magnified<'_> {
-    type Color = Rgb888;
-    type Error = std::convert::Infallible;
-
-    fn draw_iter<I: IntoIterator<Item = Pixel<Rgb888>>>(
-        &mut self,
-        pixels: I,
-    ) -> Result<(), Self::Error> {
-        let scale = self.scale;
-        for Pixel(Point { x, y }, colour) in pixels {
-            let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else { continue };
-            let (x, y) = (self.at.0 + x * scale, self.at.1 + y * scale);
-            let colour = u32::from_be_bytes([0, colour.r(), colour.g(), colour.b()]);
-            self.canvas.fill(Area { x, y, width: scale, height: scale }, colour);
-        }
-        Ok(())
-    }
+/// `a` and `b` mixed, with `weight` of 256 parts for `b`. Two channels at a time.
+pub(super) fn mixed(a: u32, b: u32, weight: u32) -> u32 {
+    let both = |mask: u32| ((a & mask) * (256 - weight) + (b & mask) * weight) >> 8 & mask;
+    both(0xff_00ff) | both(0x00_ff00)
 }
 
 #[cfg(test)]
@@ -151,15 +126,16 @@ mod tests {
 
     #[test]
     fn letters_are_as_large_as_they_say() {
-        for scale in [1, 3] {
+        for height in [14, 40] {
+            let letters = Letters::new(height);
             let mut canvas = Canvas::new(100, 60);
-            canvas.write("M", (10, 5), scale, 0xff_ffff);
+            canvas.write("M", (10, 5), &letters, 0xff_ffff);
             let lit: Vec<_> = (0..canvas.pixels.len())
                 .filter(|&i| canvas.pixels[i] != 0)
                 .map(|i| (i % 100, i / 100))
                 .collect();
-            assert!(lit.len() > 10 * scale * scale, "a letter is seen");
-            let (width, height) = (LETTER.0 * scale, LETTER.1 * scale);
+            assert!(lit.len() > 10, "a letter is seen");
+            let (width, height) = (letters.width("M") as usize, height as usize);
             assert!(
                 lit.iter()
                     .all(|&(x, y)| (10..10 + width).contains(&x) && (5..5 + height).contains(&y))
@@ -170,7 +146,7 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_cut_off() {
         let mut canvas = Canvas::new(20, 10);
-        canvas.write("too long for it", (15, 4), 2, 0xff_ffff);
+        canvas.write("too long for it", (15, 4), &Letters::new(20), 0xff_ffff);
         canvas.fill(Area { x: 18, y: 8, width: 9, height: 9 }, 7);
         canvas.darken(Area { x: 19, y: 0, width: 50, height: 50 });
         assert_eq!(canvas.pixels.len(), 200);

@@ -1,7 +1,7 @@
 //! Changes the options by keys.
 
 use polyreel::geom::Size;
-use polyreel::options::{Colour, Edges, Method, Options, Points};
+use polyreel::options::{Colour, Edges, Method, Options, Points, Quality};
 use polyreel::refine::RefineOptions;
 
 use super::keys::{Look, Way};
@@ -9,8 +9,8 @@ use super::keys::{Look, Way};
 /// The factor of a change of the number of points: two presses are about half as many again.
 const POINTS: f64 = 1.25;
 
-/// A step of coherence.
-const COHERENCE: f64 = 0.1;
+/// A step of coherence, regularity and colour strength.
+const TENTH: f64 = 0.1;
 
 /// The numbers of refinement steps to choose from.
 const REFINEMENT: [u32; 13] = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
@@ -40,9 +40,7 @@ pub(super) fn changed(
             format!("{count} points")
         }
         Look::Coherence(way) => {
-            let step = if way == Way::Up { COHERENCE } else { -COHERENCE };
-            // Whole steps: 0.1 ten times over is 1.
-            options.coherence = ((options.coherence + step) * 10.0).round().clamp(0.0, 10.0) / 10.0;
+            options.coherence = stepped(options.coherence, tenth(way), 1.0);
             format!("coherence {}", options.coherence)
         }
         Look::Refinement(way) => {
@@ -52,6 +50,40 @@ pub(super) fn changed(
             options.error = None;
             format!("{steps} refinement steps a frame")
         }
+        Look::Seed => {
+            options.seed = options.seed.wrapping_add(1) % MOST_SEEDS;
+            format!("seed {}", options.seed)
+        }
+        Look::Quality => {
+            let at = Quality::ALL.iter().position(|&quality| quality == options.quality);
+            options.quality = Quality::ALL[at.map_or(0, |at| (at + 1) % Quality::ALL.len())];
+            // A number of steps or a target would replace it.
+            (options.refine, options.error) = (None, None);
+            format!("quality {}", options.quality.name())
+        }
+        Look::Regularity(way) => {
+            options.regularity = stepped(options.regularity, tenth(way), 1.0);
+            format!("regularity {}", options.regularity)
+        }
+        Look::Chroma(way) => {
+            options.chroma = stepped(options.chroma, tenth(way), 4.0);
+            format!("chroma {}", options.chroma)
+        }
+        Look::OutlineWidth(way) => {
+            let (width, there) = (options.outline_width, options.outline.is_some());
+            (options.outline, options.outline_width) = match way {
+                Way::Up if !there => (Some(outline), width),
+                Way::Up => (options.outline, (width + 1).min(32)),
+                Way::Down if width == 1 => (None, width),
+                Way::Down => (options.outline, width - 1),
+            };
+            match options.outline {
+                Some(_) => format!("outline {} px", options.outline_width),
+                None => "outline off".to_owned(),
+            }
+        }
+        // Presets are chosen from their list, not changed.
+        Look::Preset(_) => String::new(),
         Look::Outline => {
             options.outline = if options.outline.is_some() { None } else { Some(outline) };
             format!("outline {}", options.outline.map_or("off".to_owned(), |c| c.to_string()))
@@ -68,6 +100,18 @@ pub(super) fn changed(
         options.points = Points::default();
     }
     (options, note)
+}
+
+/// Seeds of keys stay below this number, so that preset files can hold them.
+const MOST_SEEDS: u64 = 1 << 32;
+
+fn tenth(way: Way) -> f64 {
+    if way == Way::Up { TENTH } else { -TENTH }
+}
+
+/// `value` after a `step` of some tenths, 0 to `most`. Whole steps: 0.1 ten times over is 1.
+fn stepped(value: f64, step: f64, most: f64) -> f64 {
+    ((value + step) * 10.0).round().clamp(0.0, most * 10.0) / 10.0
 }
 
 fn refined(steps: u32, way: Way) -> u32 {

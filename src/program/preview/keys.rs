@@ -29,40 +29,83 @@ pub(super) enum Action {
     Seek(Way),
     Save,
     Record,
+    Export,
     WritePreset,
     Quit,
     Split,
     Overlay,
+    /// Shows or hides times and counts.
+    Figures,
+    /// Shows or hides the bar below the picture.
+    Bar,
+    /// Shows the whole picture again.
+    Fit,
     /// A change of the options.
     Look(Look),
+    /// Another look of those that were there before.
+    Recall(Recall),
 }
 
 /// The option that a key changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Look {
+    /// The next or previous preset.
+    Preset(Way),
     /// The method of this number, from 0.
     Method(usize),
     Points(Way),
+    Seed,
+    Quality,
     Coherence(Way),
     Refinement(Way),
+    Regularity(Way),
+    Chroma(Way),
     Outline,
+    OutlineWidth(Way),
     Edges,
+}
+
+/// Which look comes back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Recall {
+    /// The one before the last change.
+    Undo,
+    /// The one before the last preset, and back again.
+    Compare,
+    /// That of the command line.
+    Reset,
 }
 
 impl Action {
     /// Whether it repeats while the key is held down.
     pub(super) fn repeats(self) -> bool {
-        matches!(
-            self,
-            Self::Step
-                | Self::Seek(_)
-                | Self::Look(Look::Points(_) | Look::Coherence(_) | Look::Refinement(_))
-        )
+        match self {
+            Self::Step | Self::Seek(_) => true,
+            Self::Look(look) => matches!(
+                look,
+                Look::Points(_)
+                    | Look::Coherence(_)
+                    | Look::Refinement(_)
+                    | Look::Regularity(_)
+                    | Look::Chroma(_)
+            ),
+            _ => false,
+        }
     }
 
     /// Whether it changes only the window, not the rendering.
     pub(super) fn only_looks(self) -> bool {
-        matches!(self, Self::Help | Self::Save | Self::Quit | Self::Split | Self::Overlay)
+        matches!(
+            self,
+            Self::Help
+                | Self::Save
+                | Self::Quit
+                | Self::Split
+                | Self::Overlay
+                | Self::Figures
+                | Self::Bar
+                | Self::Fit
+        )
     }
 }
 
@@ -73,17 +116,33 @@ pub(super) fn action(stroke: Stroke) -> Option<Action> {
         Stroke::Right => return Some(Action::Seek(Way::Up)),
         Stroke::Char(key) => key,
     };
+    // Shift turns more into less.
+    let way = if key.is_uppercase() { Way::Down } else { Way::Up };
     Some(match key.to_ascii_lowercase() {
         'h' | '?' => Action::Help,
         ' ' => Action::Pause,
         '.' => Action::Step,
         'p' => Action::Save,
         'r' => Action::Record,
+        'x' => Action::Export,
         'w' => Action::WritePreset,
         'q' | '\u{1b}' => Action::Quit,
         's' => Action::Split,
         'g' => Action::Overlay,
+        't' => Action::Figures,
+        'm' => Action::Bar,
+        'z' => Action::Fit,
+        'u' => Action::Recall(Recall::Undo),
+        'a' => Action::Recall(Recall::Compare),
+        '0' => Action::Recall(Recall::Reset),
+        'n' => Action::Look(Look::Preset(way)),
+        'b' => Action::Look(Look::Preset(Way::Down)),
+        'd' => Action::Look(Look::Seed),
+        'i' => Action::Look(Look::Quality),
+        'v' => Action::Look(Look::Chroma(way)),
+        'y' => Action::Look(Look::Regularity(way)),
         'o' => Action::Look(Look::Outline),
+        'l' => Action::Look(Look::OutlineWidth(way)),
         'e' => Action::Look(Look::Edges),
         // The key of the plus sign types an equals sign where Shift is needed for it.
         '+' | '=' => Action::Look(Look::Points(Way::Up)),
@@ -97,24 +156,41 @@ pub(super) fn action(stroke: Stroke) -> Option<Action> {
     })
 }
 
-/// The keys and what they do, a line each.
-pub(super) const HELP: [(&str, &str); 16] = [
-    ("h", "this help"),
-    ("space", "pause, go on"),
-    (".", "one frame further"),
-    ("left right", "back, on: 5 s, or a tenth of a short clip"),
-    ("1 ... 6", "method: hrlp help hslp rlp entropy pic2polyart"),
-    ("- +", "fewer, more points"),
-    ("[ ]", "less, more coherence from frame to frame"),
-    (", ;", "less, more refinement"),
-    ("o", "outline"),
-    ("e", "smooth or hard edges"),
-    ("s", "side by side with the source; drag the slider"),
-    ("g", "seeds and grid"),
-    ("p", "save this picture (PNG)"),
-    ("r", "start, stop recording"),
-    ("w", "write these settings as a preset"),
-    ("q Esc", "quit"),
+/// The keys and what they do, a line each, in two columns.
+pub(super) const HELP: [&[(&str, &str)]; 2] = [
+    &[
+        ("n b", "next, previous preset"),
+        ("- +", "fewer, more points"),
+        ("d", "another seed"),
+        ("v V", "stronger, paler colours"),
+        ("y Y", "more, less regular facets"),
+        ("o", "outline"),
+        ("l L", "wider, finer outline"),
+        ("e", "smooth or hard edges"),
+        ("i", "quality: the next"),
+        (", ;", "fewer, more steps of refinement"),
+        ("[ ]", "less, more coherence from frame to frame"),
+        ("1 ... 6", "method: hrlp help hslp rlp entropy pic2polyart"),
+        ("u", "undo"),
+        ("a", "this look or the one before"),
+        ("0", "the first look"),
+    ],
+    &[
+        ("x", "export the whole with this look"),
+        ("w", "write this look as a preset"),
+        ("p", "save this picture"),
+        ("r", "start, stop recording"),
+        ("space", "pause, go on"),
+        (".", "one frame further"),
+        ("left right", "back, on; or click the timeline"),
+        ("s", "side by side with the source"),
+        ("z", "the whole picture; the wheel zooms"),
+        ("g", "seeds and grid"),
+        ("t", "times and counts"),
+        ("m", "hide this bar"),
+        ("h", "this help"),
+        ("q Esc", "quit"),
+    ],
 ];
 
 #[cfg(test)]
@@ -124,7 +200,7 @@ mod tests {
 
     #[test]
     fn every_key_of_the_help_does_something() {
-        for (keys, _) in HELP {
+        for (keys, _) in HELP.iter().copied().flatten() {
             for key in keys.split(' ') {
                 let stroke = match key {
                     "space" => Stroke::Char(' '),
@@ -137,26 +213,30 @@ mod tests {
                 assert!(action(stroke).is_some(), "{key}");
             }
         }
-        assert_eq!(action(Stroke::Char('x')), None);
+        assert_eq!(action(Stroke::Char('k')), None);
         assert_eq!(action(Stroke::Char('7')), None);
     }
 
     #[test]
     fn the_help_names_the_methods_in_their_order() {
-        let (_, text) = HELP[4];
+        let mut lines = HELP.iter().copied().flatten();
+        let text = lines.find(|(keys, _)| *keys == "1 ... 6").expect("methods").1;
         let names: Vec<_> = Method::ALL.iter().map(|method| method.name()).collect();
         assert_eq!(text, format!("method: {}", names.join(" ")));
     }
 
     #[test]
-    fn plus_needs_no_shift_and_capitals_count() {
+    fn plus_needs_no_shift_and_shift_means_less() {
         assert_eq!(action(Stroke::Char('=')), action(Stroke::Char('+')));
         assert_eq!(action(Stroke::Char('G')), Some(Action::Overlay));
+        assert_eq!(action(Stroke::Char('V')), Some(Action::Look(Look::Chroma(Way::Down))));
+        assert_eq!(action(Stroke::Char('N')), action(Stroke::Char('b')));
     }
 
     #[test]
     fn only_what_has_degrees_repeats() {
         assert!(Action::Look(Look::Points(Way::Up)).repeats());
         assert!(!Action::Pause.repeats() && !Action::Record.repeats() && !Action::Save.repeats());
+        assert!(!Action::Look(Look::Seed).repeats());
     }
 }

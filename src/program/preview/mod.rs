@@ -3,15 +3,21 @@
 //! Four parts, none of which waits for the window: the [feed] reads ahead, [playback] admits frames at their time,
 //! the pipeline renders, and the [mailbox] holds the newest picture for the window, which has the main thread.
 
+mod act;
 mod canvas;
 mod change;
+mod export;
 mod feed;
+mod history;
 mod keys;
+mod lens;
 mod mailbox;
 mod name;
 mod pace;
+mod panel;
 mod picture;
 mod playback;
+mod readout;
 mod recorder;
 mod scene;
 mod session;
@@ -39,6 +45,7 @@ use crate::program::Outcome;
 use crate::program::budget::Budget;
 use crate::program::cli::PreviewArgs;
 use crate::program::interrupt::Interrupt;
+use history::History;
 use mailbox::{Glance, Mailbox, Screen};
 use playback::{Deck, Playback};
 use recorder::Recorder;
@@ -73,6 +80,9 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
         deck: Arc::new(Deck::new(info.live)),
         recorder: Arc::new(Recorder::new(&info, recording, &stem)),
         seekable: input.repeats() && !info.still,
+        input: args.input.clone(),
+        interrupt: interrupt.clone(),
+        export: None,
     };
     let (deck, recorder) = (playing.deck.clone(), playing.recorder.clone());
     let mailbox = Arc::<Mailbox>::default();
@@ -93,7 +103,8 @@ pub(crate) fn preview(args: &PreviewArgs) -> Result<Outcome> {
     });
     let playing = Some(playing);
     let view = View::new(outline);
-    let session = Session { window, mailbox, playing, asked, controls, info, stem, budget, view };
+    let history = History::new(asked);
+    let session = Session { window, mailbox, playing, history, controls, info, stem, budget, view };
     interrupt.begin();
     let ended = with_window(
         session,
@@ -133,7 +144,7 @@ impl RenderWindow {
             window: open(&stem, info.size, None)?,
             mailbox: Arc::default(),
             playing: None,
-            asked: (*controls.options()).clone(),
+            history: History::new((*controls.options()).clone()),
             controls,
             info: info.clone(),
             stem,
@@ -231,11 +242,8 @@ fn first_size(size: Size, scale: Option<f64>, density: u32) -> (usize, usize) {
     let scale = scale.unwrap_or(usual);
     let side = |side: f64| ((side * scale).round() as usize).clamp(1, 16384);
     let (width, picture) = (side(width).max(320), side(height));
-    let words =
-        status::words(&status::Status { budget: Some(Duration::ZERO), ..Default::default() });
-    // The picture has the intended size, and the status line is below it.
-    let (_, bar, _) = scene::laid_out((width, picture.max(200)), None, &words);
-    (width, picture + bar.height)
+    // The picture has the intended size, and the bar is below it.
+    (width, picture + panel::bar_below(picture.max(200)))
 }
 
 /// Pixels of the display for one of usual size, if the desktop sets it.

@@ -1,11 +1,9 @@
 //! Draws a frame on the canvas: as large as it fits, in proportion.
 
-use std::ops::Range;
-
 use polyreel::frame::{Frame, over};
 use polyreel::geom::Size;
 
-use super::canvas::{Area, Canvas};
+use super::canvas::{Area, Canvas, mixed};
 
 /// The largest area in proportion to `size` that fits into `room`, in its middle.
 pub(super) fn fitted(size: Size, room: Area) -> Area {
@@ -44,12 +42,6 @@ fn convert(frame: &Frame, y: usize, out: &mut [u32]) {
     }
 }
 
-/// `a` and `b` mixed, with `weight` of 256 parts for `b`. Two channels at a time.
-fn mixed(a: u32, b: u32, weight: u32) -> u32 {
-    let both = |mask: u32| ((a & mask) * (256 - weight) + (b & mask) * weight) >> 8 & mask;
-    both(0xff_00ff) | both(0x00_ff00)
-}
-
 /// Where pixel `i` of `to` pixels lies among `from` pixels: the one before it, the one after it, and the
 /// weight of that of 256. Both pixel grids have the same ends.
 fn place(i: usize, from: usize, to: usize) -> (usize, usize, u32) {
@@ -59,22 +51,61 @@ fn place(i: usize, from: usize, to: usize) -> (usize, usize, u32) {
     (first, (first + 1).min(from - 1), (at & 255) as u32)
 }
 
-/// Draws `frame` on `area` of the canvas, scaled to it (bilinear), but only the columns `columns` of the canvas.
-pub(super) fn lay(canvas: &mut Canvas, frame: &Frame, area: Area, columns: Range<usize>) {
+/// The place of a whole picture on the canvas, in pixels. It may stick out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Sheet {
+    pub(super) x: i64,
+    pub(super) y: i64,
+    pub(super) width: usize,
+    pub(super) height: usize,
+}
+
+impl Sheet {
+    /// One that fills `area`.
+    pub(super) fn of(area: Area) -> Self {
+        Self { x: area.x as i64, y: area.y as i64, width: area.width, height: area.height }
+    }
+
+    /// The part of it that lies in `room`.
+    pub(super) fn within(&self, room: Area) -> Area {
+        let (x, width) = shared((self.x, self.width), (room.x, room.width));
+        let (y, height) = shared((self.y, self.height), (room.y, room.height));
+        Area { x, y, width, height }
+    }
+
+    /// The point of the picture at a place of the canvas, as shares of its sides.
+    pub(super) fn share_of(&self, (x, y): (f64, f64)) -> (f64, f64) {
+        let share = |at: f64, start: i64, side: usize| (at - start as f64) / side.max(1) as f64;
+        (share(x, self.x, self.width), share(y, self.y, self.height))
+    }
+}
+
+/// Start and length of what two stretches share.
+fn shared((start, length): (i64, usize), (room, width): (usize, usize)) -> (usize, usize) {
+    let end = (start + length as i64).min((room + width) as i64);
+    let start = start.max(room as i64);
+    (start.max(0) as usize, (end - start).max(0) as usize)
+}
+
+/// Draws `frame` on the canvas, scaled to `sheet` (bilinear), as far as it lies in `room`.
+pub(super) fn lay(canvas: &mut Canvas, frame: &Frame, sheet: Sheet, room: Area) {
     let Size { width, height } = frame.size();
     let (from_w, from_h) = (width as usize, height as usize);
-    let columns = columns.start.max(area.x)..columns.end.min(area.x + area.width);
-    if columns.is_empty() {
+    let seen = sheet.within(room);
+    if seen.width == 0 {
         return;
     }
-    let across: Vec<_> = columns.clone().map(|x| place(x - area.x, from_w, area.width)).collect();
+    let columns = seen.x..seen.x + seen.width;
+    let offset = |at: usize, start: i64| (at as i64 - start) as usize;
+    let across: Vec<_> =
+        columns.clone().map(|x| place(offset(x, sheet.x), from_w, sheet.width)).collect();
     let mut rows = Rows::new(from_w);
-    for y in 0..area.height {
-        let start = (area.y + y) * canvas.width;
+    for y in seen.y..seen.y + seen.height {
+        let start = y * canvas.width;
         let Some(out) = canvas.pixels.get_mut(start + columns.start..start + columns.end) else {
             return;
         };
-        let row = rows.between(frame, place(y, from_h, area.height));
+        let row = rows.between(frame, place(offset(y, sheet.y), from_h, sheet.height));
         for (pixel, &(left, right, weight)) in out.iter_mut().zip(&across) {
             *pixel = mixed(row[left], row[right], weight);
         }
@@ -138,7 +169,8 @@ mod tests {
         let pixels = (0..12u8).map(|i| [i, 2 * i, 3 * i, 255]).collect();
         let frame = Frame::new(Size::new(4, 3), pixels).expect("a frame");
         let mut canvas = Canvas::new(6, 5);
-        lay(&mut canvas, &frame, Area { x: 1, y: 1, width: 4, height: 3 }, 0..6);
+        let room = canvas.area();
+        lay(&mut canvas, &frame, Sheet { x: 1, y: 1, width: 4, height: 3 }, room);
         assert_eq!(canvas.pixels[6 + 1..6 + 5], [0x00_0000, 0x01_0203, 0x02_0406, 0x03_0609]);
         assert_eq!(canvas.pixels[0..6], [0; 6]);
         assert_eq!(canvas.pixels[4 * 6..], [0; 6]);
@@ -150,23 +182,28 @@ mod tests {
         for (width, height) in [(3, 2), (50, 90), (7, 6), (1, 1)] {
             let mut canvas = Canvas::new(width, height);
             let area = canvas.area();
-            lay(&mut canvas, &frame, area, 0..width);
+            lay(&mut canvas, &frame, Sheet::of(area), area);
             assert!(canvas.pixels.iter().all(|&p| p == 0xc8_6432), "{width}x{height}");
         }
     }
 
     #[test]
-    fn only_the_columns_asked_for_are_laid() {
+    fn only_the_room_is_painted() {
         let frame = Frame::filled(Size::new(8, 8), [255; 4]).expect("a frame");
         let mut canvas = Canvas::new(16, 16);
         let area = canvas.area();
-        lay(&mut canvas, &frame, area, 5..9);
+        lay(&mut canvas, &frame, Sheet::of(area), Area { x: 5, width: 4, ..area });
         for (i, &pixel) in canvas.pixels.iter().enumerate() {
             assert_eq!(pixel != 0, (5..9).contains(&(i % 16)), "pixel {i}");
         }
         // None at all is no mistake.
-        lay(&mut canvas, &frame, area, 9..9);
-        lay(&mut canvas, &frame, Area { x: 4, y: 4, width: 4, height: 4 }, 0..2);
+        lay(&mut canvas, &frame, Sheet::of(area), Area { x: 9, width: 0, ..area });
+        lay(
+            &mut canvas,
+            &frame,
+            Sheet { x: 4, y: 4, width: 4, height: 4 },
+            Area { width: 2, ..area },
+        );
     }
 
     #[test]
@@ -174,8 +211,23 @@ mod tests {
         let frame = Frame::filled(Size::new(16, 16), [0; 4]).expect("a frame");
         let mut canvas = Canvas::new(16, 16);
         let area = canvas.area();
-        lay(&mut canvas, &frame, area, 0..16);
+        lay(&mut canvas, &frame, Sheet::of(area), area);
         assert_ne!(canvas.pixels[0], canvas.pixels[8]);
         assert_eq!(canvas.pixels[0], canvas.pixels[8 * 16 + 8]);
+    }
+
+    #[test]
+    fn a_magnified_picture_sticks_out_of_the_window() {
+        let pixels = (0..16u8).map(|i| [16 * i, 0, 0, 255]).collect();
+        let frame = Frame::new(Size::new(4, 4), pixels).expect("a frame");
+        let (mut whole, mut part) = (Canvas::new(40, 40), Canvas::new(10, 10));
+        let (all, room) = (whole.area(), part.area());
+        lay(&mut whole, &frame, Sheet::of(all), all);
+        let sheet = Sheet { x: -12, y: -25, width: 40, height: 40 };
+        lay(&mut part, &frame, sheet, room);
+        for (i, &pixel) in part.pixels.iter().enumerate() {
+            assert_eq!(pixel, whole.pixels[(25 + i / 10) * 40 + 12 + i % 10], "pixel {i}");
+        }
+        assert_eq!(sheet.within(room), room);
     }
 }

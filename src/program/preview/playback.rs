@@ -152,7 +152,11 @@ impl State {
     /// screen, of a stream that is `length` long.
     fn seek(&mut self, shown: Span, seconds: f64, length: Option<Rational>) {
         let from = Span { start: self.aim.unwrap_or(shown.start), ..shown };
-        let aim = sought(&from, seconds, length);
+        self.jump(sought(&from, seconds, length));
+    }
+
+    /// Goes on from `aim`.
+    fn jump(&mut self, aim: Rational) {
         (self.seek, self.aim, self.landing) = (Some(aim), Some(aim), None);
         self.jumped = false;
         self.waiting.clear();
@@ -197,13 +201,14 @@ impl Deck {
         self.changed.notify_all();
     }
 
-    /// Pauses, or goes on.
-    pub(super) fn pause(&self) {
+    /// Pauses, or goes on. Whether it is paused now.
+    pub(super) fn pause(&self) -> bool {
         self.change(|state| {
             state.paused = !state.paused;
             state.steps = 0;
             state.pace.forget();
         });
+        self.going().paused
     }
 
     /// Shows the next frame, and pauses.
@@ -218,6 +223,12 @@ impl Deck {
     /// yet, in a stream that is `length` long.
     pub(super) fn seek(&self, shown: Span, seconds: f64, length: Option<Rational>) {
         self.change(|state| state.seek(shown, seconds, length));
+    }
+
+    /// Goes on `seconds` after the beginning. The rest is as for [`Deck::seek`].
+    pub(super) fn seek_to(&self, shown: Span, seconds: f64, length: Option<Rational>) {
+        let beginning = Span { start: Rational::ZERO, ..shown };
+        self.change(|state| state.jump(sought(&beginning, seconds, length)));
     }
 
     /// Renders the frame on the screen once more, if no other replaces it anyway.

@@ -1,29 +1,31 @@
-//! The window of a preview: handles keys and shows pictures, until it is closed.
+//! The window of a preview: shows pictures, and hands keys and the mouse on, until it is closed.
 
 use std::collections::VecDeque;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use polyreel::error::{Error, Result};
+use polyreel::error::Result;
 use polyreel::options::{Colour, Options};
 use polyreel::pipeline::{Controls, Stop};
 use polyreel::sample::Sampler;
-use polyreel::sink::{self, Picture, SinkOptions};
-use polyreel::stream::{Loops, StreamInfo};
+use polyreel::stage::Stage;
+use polyreel::stream::StreamInfo;
 
-use crate::program::record;
+use crate::program::cli::InputArgs;
+use crate::program::interrupt::Interrupt;
 
-use super::canvas::{Area, Canvas};
-use super::change::changed;
-use super::keys::{Action, Look, Way, action};
+use super::canvas::Canvas;
+use super::export::Export;
+use super::history::History;
+use super::lens::Lens;
 use super::mailbox::{Mailbox, Shown};
-use super::name::{free, moment};
+use super::panel::Panel;
 use super::playback::Deck;
+use super::readout::{clock, look, reduced, state};
 use super::recorder::Recorder;
-use super::scene::{Scene, draw, slid};
-use super::status::{Status, words};
-use super::window::{Press, Window};
+use super::scene::{Places, Scene, draw};
+use super::status::{Status, figures};
+use super::window::Window;
 
 /// The longest wait for a picture before keys are read again.
 const TICK: Duration = Duration::from_millis(8);
@@ -31,15 +33,11 @@ const TICK: Duration = Duration::from_millis(8);
 /// Interval of redraws when nothing happens: the window may have been covered.
 const REDRAW: Duration = Duration::from_millis(500);
 
-/// Time for which a note is in the status line.
+/// Time for which a note is shown.
 const NOTE: Duration = Duration::from_secs(4);
 
 /// Time over which the rate is averaged.
 const RATE: Duration = Duration::from_secs(2);
-
-/// A jump in seconds, and as a share of a stream that is shorter than ten of them.
-const JUMP: f64 = 5.0;
-const SHARE: f64 = 0.1;
 
 /// The playback controls of a run that is only a preview.
 pub(super) struct Playing {
@@ -47,6 +45,10 @@ pub(super) struct Playing {
     pub(super) recorder: Arc<Recorder>,
     /// Whether it is a file that can be seeked.
     pub(super) seekable: bool,
+    /// The input as on the command line, for exports.
+    pub(super) input: InputArgs,
+    pub(super) interrupt: Interrupt,
+    pub(super) export: Option<Export>,
 }
 
 /// A window and its content.
@@ -55,8 +57,8 @@ pub(super) struct Session {
     pub(super) mailbox: Arc<Mailbox>,
     /// `None` in the window of a render, which cannot be controlled.
     pub(super) playing: Option<Playing>,
-    /// The options that the user chose, by keys too. A preset is written from them.
-    pub(super) asked: Options,
+    /// The looks that the user chose. A preset is written from the current one.
+    pub(super) history: History,
     /// The options of the run: the [effective] ones.
     pub(super) controls: Controls,
     pub(super) info: StreamInfo,
@@ -66,23 +68,40 @@ pub(super) struct Session {
     pub(super) view: View,
 }
 
+/// What the mouse holds while its button is down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Grip {
+    /// Nothing that moves.
+    Nothing,
+    Slider,
+    Timeline,
+    /// The picture, and where the mouse was last.
+    Picture((f64, f64)),
+}
+
 /// How the window looks.
 #[derive(Debug)]
 pub(super) struct View {
-    shown: Option<Arc<Shown>>,
+    pub(super) shown: Option<Arc<Shown>>,
     canvas: Canvas,
-    picture: Area,
-    help: bool,
-    overlay: bool,
-    split: bool,
-    slider: f64,
-    outline: Colour,
+    pub(super) places: Places,
+    pub(super) lens: Lens,
+    pub(super) grip: Option<Grip>,
+    pub(super) help: bool,
+    pub(super) figures: bool,
+    pub(super) is_bar_hidden: bool,
+    pub(super) overlay: bool,
+    pub(super) split: bool,
+    pub(super) slider: f64,
+    pub(super) outline: Colour,
+    /// The time in seconds that the timeline was last dragged to.
+    pub(super) sought: Option<f64>,
     note: Option<(String, Instant)>,
     drawn: VecDeque<Instant>,
     last: Instant,
-    /// The frame with the figures in the status line.
+    /// The frame whose figures are shown.
     reported: Option<u64>,
-    stale: bool,
+    pub(super) stale: bool,
 }
 
 impl View {
@@ -91,12 +110,17 @@ impl View {
         Self {
             shown: None,
             canvas: Canvas::new(1, 1),
-            picture: Area::default(),
+            places: Places::default(),
+            lens: Lens::default(),
+            grip: None,
             help: false,
+            figures: false,
+            is_bar_hidden: false,
             overlay: false,
             split: false,
             slider: 0.5,
             outline: outline.unwrap_or(Colour([0, 0, 0, 255])),
+            sought: None,
             note: None,
             drawn: VecDeque::new(),
             last: Instant::now(),
@@ -105,7 +129,7 @@ impl View {
         }
     }
 
-    fn note(&mut self, text: String) {
+    pub(super) fn note(&mut self, text: String) {
         self.note = Some((text, Instant::now()));
         self.stale = true;
     }
@@ -138,7 +162,7 @@ impl Session {
             if !self.window.is_open() {
                 return Ok(());
             }
-            self.drag();
+            self.follow_mouse();
             self.tidy();
             let now = Instant::now();
             if let Some(shown) = picture {
@@ -163,61 +187,78 @@ impl Session {
             self.view.canvas = Canvas::new(width, height);
         }
         let status = self.status();
-        let words = words(&status);
+        let panel = self.panel(&status);
         self.view.reported = status.report.map(|report| report.index);
         let view = &mut self.view;
         let options = self.controls.options();
         let size = view.shown.as_ref().map(|shown| shown.frame.size());
         let scene = Scene {
             shown: view.shown.as_deref(),
-            words: &words,
+            lens: view.lens,
             split: view.split.then_some(view.slider),
             grid: size.filter(|_| view.overlay).map(|size| Sampler::new(&options).grid(size)),
-            help: view.help,
+            panel,
         };
-        view.picture = draw(&mut view.canvas, &scene);
+        view.places = draw(&mut view.canvas, &scene);
         view.last = now;
         view.stale = false;
         self.window.show(&view.canvas)
     }
 
+    fn panel(&self, status: &Status) -> Panel {
+        let (view, chosen) = (&self.view, self.history.now());
+        let mut words = look(chosen.name(), &chosen.options, status);
+        let zoom = view.lens.zoom();
+        words.extend(view.lens.is_zoomed().then(|| format!("zoom {zoom:.1}")));
+        let reduced = |report| reduced(report, &chosen.options, self.info.size);
+        let hint = "h: help".to_owned();
+        Panel {
+            look: words,
+            alert: status.report.as_ref().filter(|_| self.budget.is_some()).and_then(reduced),
+            state: if self.info.still && status.exporting.is_none() { hint } else { state(status) },
+            played: status
+                .length
+                .filter(|_| !self.info.still)
+                .map(|length| status.position / length),
+            clock: if self.info.still { String::new() } else { clock(status) },
+            note: view.note.as_ref().map(|(text, _)| text.clone()),
+            figures: if view.figures { figures(status) } else { Vec::new() },
+            help: view.help,
+            is_hidden: view.is_bar_hidden,
+        }
+    }
+
     fn status(&self) -> Status {
         let report = self.mailbox.noted();
-        let going = self.playing.as_ref().map(|playing| playing.deck.going()).unwrap_or_default();
-        let decode = if self.playing.is_some() {
+        let playing = self.playing.as_ref();
+        let going = playing.map(|playing| playing.deck.going()).unwrap_or_default();
+        let decode = if playing.is_some() {
             going.decode
         } else {
-            report.as_ref().map_or(Duration::ZERO, |r| r.timing.get(polyreel::stage::Stage::Decode))
+            report.as_ref().map_or(Duration::ZERO, |r| r.timing.get(Stage::Decode))
         };
         Status {
-            method: self.controls.options().method,
             rate: self.view.rate(),
             budget: self.budget,
             report,
             decode,
             dropped: going.dropped,
-            missed: self.playing.as_ref().map_or(0, |_| self.mailbox.missed()),
+            missed: playing.map_or(0, |_| self.mailbox.missed()),
             position: self.position(),
             length: self.info.duration.map(|length| length.to_f64()),
             paused: going.paused,
-            recording: self.playing.as_ref().is_some_and(|playing| playing.recorder.is_on()),
-            note: self.view.note.as_ref().map(|(text, _)| text.clone()),
+            recording: playing.is_some_and(|playing| playing.recorder.is_on()),
+            still: self.info.still,
+            exporting: playing.and_then(|playing| playing.export.as_ref()).map(Export::share),
         }
     }
 
-    fn position(&self) -> f64 {
+    /// The time of the picture in the stream, in seconds.
+    pub(super) fn position(&self) -> f64 {
         self.view.shown.as_ref().map_or(0.0, |shown| shown.span.start.to_f64())
     }
 
-    /// The slider follows the mouse while its button is down.
-    fn drag(&mut self) {
-        let Some(x) = self.window.held().filter(|_| self.view.split) else { return };
-        let slider = slid(x, self.view.picture);
-        self.view.stale |= slider != self.view.slider;
-        self.view.slider = slider;
-    }
-
-    /// Removes old notes, and reports completed recordings.
+    /// Removes old notes, and reports completed recordings and exports.
     fn tidy(&mut self) {
         let now = Instant::now();
         let recent = |then: &Instant| now.duration_since(*then) <= RATE;
@@ -228,109 +269,13 @@ impl Session {
             self.view.note = None;
             self.view.stale = true;
         }
-        if let Some(note) = self.playing.as_ref().and_then(|playing| playing.recorder.finished()) {
+        let Some(playing) = &mut self.playing else { return };
+        if let Some(note) = playing.recorder.finished() {
             self.view.note(note);
         }
-    }
-
-    /// Performs an action; breaks to quit.
-    fn press(&mut self, press: Press) -> std::ops::ControlFlow<()> {
-        let Some(action) = action(press.stroke) else { return std::ops::ControlFlow::Continue(()) };
-        if press.again && !action.repeats() {
-            return std::ops::ControlFlow::Continue(());
+        if let Some(export) = playing.export.take_if(|export| export.is_finished()) {
+            self.view.note(export.finish());
         }
-        self.view.stale = true;
-        if action == Action::Quit {
-            return std::ops::ControlFlow::Break(());
-        }
-        if let Err(error) = self.act(action) {
-            self.view.note(error.to_string());
-        }
-        std::ops::ControlFlow::Continue(())
-    }
-
-    fn act(&mut self, action: Action) -> Result<()> {
-        if self.playing.is_none() && !action.only_looks() {
-            return Err(Error::usage(
-                "this render is as it was asked for; 'polyreel preview' plays",
-            ));
-        }
-        match action {
-            Action::Help => self.view.help = !self.view.help,
-            Action::Split => self.view.split = !self.view.split,
-            Action::Overlay => self.view.overlay = !self.view.overlay,
-            Action::Save => {
-                let note = self.save()?;
-                self.view.note(note);
-            }
-            Action::Quit => {}
-            Action::Pause | Action::Step | Action::Seek(_) | Action::Record => self.play(action)?,
-            Action::Look(look) => self.change(look)?,
-            Action::WritePreset => {
-                let note = self.write_preset()?;
-                self.view.note(note);
-            }
-        }
-        Ok(())
-    }
-
-    fn play(&mut self, action: Action) -> Result<()> {
-        let Some(playing) = &self.playing else { return Ok(()) };
-        match action {
-            Action::Pause => playing.deck.pause(),
-            Action::Step => playing.deck.step(),
-            Action::Seek(way) => {
-                if !playing.seekable {
-                    return Err(Error::usage("one cannot jump in this input"));
-                }
-                let Some(shown) = self.mailbox.newest() else { return Ok(()) };
-                let length = self.info.duration;
-                let jump = length.map_or(JUMP, |length| JUMP.min(length.to_f64() * SHARE));
-                let jump = if way == Way::Up { jump } else { -jump };
-                playing.deck.seek(shown.span, jump, length);
-            }
-            _ => {
-                let note = playing.recorder.toggle();
-                self.view.note(note);
-            }
-        }
-        Ok(())
-    }
-
-    fn change(&mut self, look: Look) -> Result<()> {
-        let Some(playing) = &self.playing else { return Ok(()) };
-        let (asked, note) = changed(&self.asked, look, self.info.size, self.view.outline);
-        self.controls.set(effective(&asked, self.info.still))?;
-        self.asked = asked;
-        // If no frame will come by itself, the one on the screen is rendered again.
-        playing.deck.again(!playing.seekable && !self.info.live);
-        self.view.note(note);
-        Ok(())
-    }
-
-    /// Writes the picture to a file of its own.
-    fn save(&self) -> Result<String> {
-        let Some(shown) = &self.view.shown else {
-            return Err(Error::usage("there is no picture yet"));
-        };
-        let time =
-            if self.info.still { String::new() } else { format!("-{}", moment(self.position())) };
-        let name = free(&format!("{}-lowpoly{time}", self.stem), "png");
-        let info =
-            StreamInfo { still: true, frames: Some(1), loops: Loops::Once, ..self.info.clone() };
-        let mut sink = sink::create(&name, &info, &SinkOptions::default())?;
-        let (frame, span) = (shown.frame.clone(), shown.span);
-        sink.write(Picture { frame, fills: Vec::new(), span }, None)?;
-        sink.finish()?;
-        Ok(format!("saved {name}"))
-    }
-
-    /// Writes the current options to a preset file.
-    fn write_preset(&self) -> Result<String> {
-        let name = free(&format!("{}-preset", self.stem), "toml");
-        let toml = polyreel::preset::to_toml(&self.asked)?;
-        record::put(Path::new(&name), toml.as_bytes(), false)?;
-        Ok(format!("wrote {name}: use it with --preset {name}"))
     }
 }
 

@@ -16,6 +16,17 @@ pub(super) struct Press {
     pub(super) again: bool,
 }
 
+/// The mouse over the window.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Mouse {
+    /// Its place in pixels.
+    pub(super) at: (f64, f64),
+    /// Whether its left button is down.
+    pub(super) is_down: bool,
+    /// Notches that its wheel was turned since the last call, away from the user.
+    pub(super) notches: f64,
+}
+
 /// A window that shows a canvas. It belongs to the main thread.
 pub(super) struct Window {
     inner: minifb::Window,
@@ -61,12 +72,16 @@ impl Window {
         (width.max(1), height.max(1))
     }
 
-    /// The column of the mouse while its left button is down.
-    pub(super) fn held(&self) -> Option<f64> {
-        if !self.inner.get_mouse_down(MouseButton::Left) {
-            return None;
-        }
-        self.inner.get_unscaled_mouse_pos(MouseMode::Clamp).map(|(x, _)| f64::from(x))
+    /// The mouse, if it is known where it is.
+    pub(super) fn mouse(&self) -> Option<Mouse> {
+        let (x, y) = self.inner.get_unscaled_mouse_pos(MouseMode::Clamp)?;
+        let turned = self.inner.get_scroll_wheel().map_or(0.0, |(_, turned)| f64::from(turned));
+        Some(Mouse {
+            at: (x.into(), y.into()),
+            is_down: self.inner.get_mouse_down(MouseButton::Left),
+            // Systems count differently: one notch at a time.
+            notches: if turned == 0.0 { 0.0 } else { turned.signum() },
+        })
     }
 
     /// Shows `canvas`.
