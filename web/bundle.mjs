@@ -5,7 +5,7 @@ import { brotliCompressSync, constants } from 'node:zlib';
 import { build } from 'esbuild';
 
 const MOST = 2_000_000;
-const options = { bundle: true, format: 'esm', target: 'es2022', minify: true, legalComments: 'none', outdir: 'dist' };
+const options = { bundle: true, format: 'esm', target: 'es2022', minify: true, legalComments: 'eof', outdir: 'dist' };
 
 rmSync('dist', { recursive: true, force: true });
 mkdirSync('dist');

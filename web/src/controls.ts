@@ -28,6 +28,12 @@ const SLIDERS: Slider[] = [
   { name: 'outline-contrast', label: texts.controls.outlineContrast, group: 'lines', least: 0, most: 80, step: 1, words: String },
 ];
 
+/** A number of an option; of a length, the pixels, where `side` is what it may be a share of. */
+function numberOf(value: unknown, side: number): number {
+  const text = String(value);
+  return text.endsWith('%') ? Math.round((Number.parseFloat(text) / 100) * side) : Number.parseFloat(text);
+}
+
 /** Facets go from few to many by ratio, not by difference. */
 const FEWEST = 30;
 const MOST = 20_000;
@@ -44,6 +50,8 @@ const toPoints = (tick: number): number => {
 export class Controls {
   private readonly inputs = new Map<string, (values: Settings) => void>();
   private rendered = 0;
+  /** The shorter side of the source. */
+  private side = 1;
 
   constructor(private readonly store: Store) {
     this.points();
@@ -57,6 +65,12 @@ export class Controls {
   show(): void {
     const { values } = this.store;
     for (const show of this.inputs.values()) show(values);
+  }
+
+  /** A source of this size is open. */
+  sized(width: number, height: number): void {
+    this.side = Math.min(width, height);
+    this.show();
   }
 
   /** The number of points of the picture that is seen. */
@@ -108,11 +122,14 @@ export class Controls {
     input.oninput = () => {
       const value = Number(input.value);
       show(value);
-      this.store.set({ [name]: value }, name);
+      // Options that may have a unit are text.
+      const isText = typeof this.store.described.defaults[name] === 'string';
+      this.store.set({ [name]: isText ? String(value) : value }, name);
     };
     this.inputs.set(name, values => {
-      input.value = String(values[name]);
-      show(Number(values[name]));
+      const value = numberOf(values[name], this.side);
+      input.value = String(value);
+      show(value);
     });
   }
 

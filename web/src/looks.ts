@@ -20,15 +20,21 @@ interface Look {
 export class Looks {
   private worker: EngineWorker | null = null;
   private readonly looks: Look[];
+  /** The preset that holds where none is named. */
+  private readonly usual: string | null;
   private round = 0;
 
   constructor(private readonly store: Store) {
-    const plain = { name: null, about: '' };
-    this.looks = [plain, ...store.described.presets].map(({ name, about }) => {
+    // The look without a preset comes first. One of the presets may be just that.
+    const { presets } = store.described;
+    const usual = presets.find(({ options }) => Object.keys(options).length === 0);
+    this.usual = usual?.name ?? null;
+    const first = usual ?? { name: null, about: '' };
+    this.looks = [first, ...presets.filter(preset => preset !== usual)].map(({ name, about }) => {
       const canvas = make('canvas', { 'aria-hidden': 'true' });
       const words = name === null ? (texts.looks.none ?? '') : nice(name);
       const button = make('button', { type: 'button', class: 'look', title: about }, canvas, make('span', {}, words));
-      button.onclick = () => store.replace(name === null ? {} : { preset: name });
+      button.onclick = () => store.replace(name === null || name === this.usual ? {} : { preset: name });
       element('looks').append(button);
       return { name, button, canvas };
     });
@@ -39,7 +45,7 @@ export class Looks {
   mark(): void {
     const { settings } = this.store.state;
     for (const { name, button } of this.looks) {
-      button.setAttribute('aria-pressed', String((settings.preset ?? null) === name));
+      button.setAttribute('aria-pressed', String((settings.preset ?? this.usual) === name));
     }
   }
 

@@ -36,8 +36,7 @@ class Page {
       worker,
       ({ points, triangles }) => {
         this.controls.counted(points);
-        const live = this.player.isPlaying ? ` · ${texts.status.live(this.show.rate)}` : '';
-        element('facts').textContent = texts.status.facets(triangles.toLocaleString('en')) + live;
+        element('facts').textContent = texts.status.facets(triangles.toLocaleString('en'));
         element('stage').dataset.rate = String(this.show.rate);
         document.body.dataset.state = 'shown';
       },
@@ -52,7 +51,7 @@ class Page {
     );
     this.painting = new Painting(mask => this.store.paint(mask));
     this.save = new Save(worker, () => this.frame());
-    this.doors();
+    this.inputs();
     this.keys();
   }
 
@@ -91,6 +90,7 @@ class Page {
     this.drawn = false;
     const stage = element('stage');
     stage.dataset.kind = source.kind;
+    this.controls.sized(source.width, source.height);
     this.painting.open(source.width, source.height);
     if (this.store.state.mask) this.store.paint(null);
     this.compare.set(false);
@@ -135,8 +135,8 @@ class Page {
     void this.open(() => openFile(file, this.worker));
   }
 
-  /** Ways in. */
-  private doors(): void {
+  /** Files, cameras, and the buttons of the header. */
+  private inputs(): void {
     const picker = element<HTMLInputElement>('picker');
     picker.onchange = () => {
       this.openFiles(picker.files ?? []);

@@ -21,7 +21,7 @@ export class Player {
   private readonly clock = element('clock');
   private readonly mute = element('mute');
 
-  /** `isFree` tells whether another frame can be rendered now: those that cannot are not shown. */
+  /** `isFree` tells whether a frame of an animation can be rendered now: those that cannot are not shown. */
   constructor(
     private readonly feed: Feed,
     private readonly isFree: () => boolean,
@@ -157,7 +157,7 @@ export class Player {
 
   private take(): void {
     const { video } = this;
-    if (!this.source || video.readyState < 2 || (this.isPlaying && !this.isFree())) return;
+    if (!this.source || video.readyState < 2) return;
     this.label();
     this.feed(new VideoFrame(video));
   }

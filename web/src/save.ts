@@ -21,7 +21,7 @@ export class Save {
   private readonly size = element<HTMLSelectElement>('size');
   private readonly go = element<HTMLButtonElement>('go');
   private readonly progress = element<HTMLProgressElement>('progress');
-  private readonly told = element('told');
+  private readonly outcome = element('outcome');
   private readonly line = element('line');
   private source: Source | null = null;
   private state: State = { settings: {}, mask: null };
@@ -64,7 +64,7 @@ export class Save {
       const words = `${Math.round(source.width * share)} × ${Math.round(source.height * share)}`;
       this.size.append(make('option', { value: String(side) }, words));
     }
-    this.told.textContent = '';
+    this.outcome.textContent = '';
     this.progress.hidden = true;
     element('mask-note').hidden = state.mask === null;
     this.dialog.showModal();
@@ -124,15 +124,15 @@ export class Save {
       const began = performance.now();
       const { file, frames, remark } = await this.running.ask('export', job, transfer, (share, frame) => {
         this.progress.value = share;
-        this.told.textContent = texts.status.frames(share, frame);
+        this.outcome.textContent = texts.status.frames(share, frame);
       });
       download(file, name);
       this.dialog.dataset.frames = String(frames);
       this.dialog.dataset.seconds = ((performance.now() - began) / 1000).toFixed(2);
-      this.told.textContent = [texts.status.saved(name, readable(file.size)), remark].join(' ').trim();
+      this.outcome.textContent = [texts.status.saved(name, readable(file.size)), remark].join(' ').trim();
     } catch (error) {
       const cancelled = error instanceof DOMException && error.name === 'AbortError';
-      this.told.textContent = cancelled ? texts.status.cancelled : wordsOf(error);
+      this.outcome.textContent = cancelled ? texts.status.cancelled : wordsOf(error);
     } finally {
       this.running?.end();
       this.running = null;

@@ -117,7 +117,7 @@ export async function save(page, format, { size } = {}) {
   const download = page.waitForEvent('download', { timeout: 300_000 });
   const failed = page
     .waitForFunction(() => {
-      const told = document.getElementById('told').textContent;
+      const told = document.getElementById('outcome').textContent;
       return document.getElementById('save').dataset.state === 'idle' && told !== '' && !/ready/.test(told) && told;
     }, null, { timeout: 300_000 })
     .then(handle => handle.jsonValue())

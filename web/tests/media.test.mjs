@@ -117,9 +117,9 @@ test('an export is cancelled', { skip }, async () => {
   await page.click('#open-save');
   await page.check('#format-apng', { force: true });
   await page.click('#go');
-  await page.waitForFunction(() => /Frame/.test(document.getElementById('told').textContent));
+  await page.waitForFunction(() => /Frame/.test(document.getElementById('outcome').textContent));
   await page.click('#cancel');
-  await page.waitForFunction(() => /Cancelled/.test(document.getElementById('told').textContent));
+  await page.waitForFunction(() => /Cancelled/.test(document.getElementById('outcome').textContent));
   await context.close();
 });
 
@@ -138,6 +138,27 @@ for (const [name, words] of [
     await context.close();
   });
 }
+
+test('a clip of a minute is exported to its last frame', { skip }, async () => {
+  ffmpeg('-f', 'lavfi', '-i', 'testsrc2=s=160x120:r=10:d=60', '-c:v', 'libx264', '-pix_fmt', 'yuv420p', 'minute.mp4');
+  const { context, page } = await open(browser, site.address, { hash: '#points=200' });
+  await pick(page, 'minute.mp4');
+  const saved = await save(page, 'webm');
+  assert.equal(saved.frames, 600);
+  const film = probe(saved.path);
+  assert.equal(Number(of(film, 'video').nb_read_frames), 600);
+  assert.ok(Math.abs(Number(film.format.duration) - 60) < 0.2, film.format.duration);
+  await context.close();
+});
+
+test('a screen is shown live', { skip }, async () => {
+  const { context, page, faults } = await open(browser, site.address);
+  await page.click('header [data-open="screen"]');
+  await page.waitForFunction(() => document.getElementById('stage').dataset.kind === 'stream');
+  await drawn(page, (await pictures(page)) + 3);
+  assert.deepEqual(faults, []);
+  await context.close();
+});
 
 test('a camera is shown live, and a recording of it is a clip', { skip }, async () => {
   const { context, page, faults } = await open(browser, site.address, { permissions: ['camera'] });

@@ -16,6 +16,7 @@ before(async () => {
   copyFileSync(join(root, 'samples/lake.jpg'), join(folder, 'lake.jpg'));
   copyFileSync(join(root, 'samples/planet.gif'), join(folder, 'planet.gif'));
   ffmpeg('-i', join(root, 'samples/lake.jpg'), 'lake.png');
+  ffmpeg('-i', 'lake.png', '-vf', 'transpose=1', 'tall.png');
 });
 after(async () => {
   await browser?.close();
@@ -128,6 +129,30 @@ test('a preset file is the program\'s own', { skip }, async () => {
   assert.match(await page.textContent('#note'), /pionts/);
   await context.close();
 });
+
+for (const way of ['drop', 'paste']) {
+  test(`a picture comes in by ${way}, and the thumbnails are of it`, { skip }, async () => {
+    const { context, page, faults } = await open(browser, site.address, { sample: true });
+    const thumbnails = () =>
+      page.evaluate(() => [...document.querySelectorAll('.look canvas')].map(canvas => `${canvas.width}x${canvas.height}`));
+    await page.waitForFunction(() => [...document.querySelectorAll('.look canvas')].every(canvas => canvas.width === 240));
+    const bytes = [...readFileSync(join(folder, 'tall.png'))];
+    await page.evaluate(
+      ([way, bytes]) => {
+        const data = new DataTransfer();
+        data.items.add(new File([new Uint8Array(bytes)], 'tall.png', { type: 'image/png' }));
+        const event = way === 'drop' ? new DragEvent('drop', { dataTransfer: data, bubbles: true, cancelable: true }) : new ClipboardEvent('paste', { clipboardData: data, bubbles: true });
+        document.body.dispatchEvent(event);
+      },
+      [way, bytes],
+    );
+    await page.waitForFunction(() => document.getElementById('file').textContent === 'tall.png');
+    await page.waitForFunction(() => [...document.querySelectorAll('.look canvas')].every(canvas => canvas.height === 240));
+    assert.ok((await thumbnails()).every(size => size === '150x240'));
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+}
 
 test('focus is painted, kept in the export, and cleared', { skip }, async () => {
   const { context, page } = await open(browser, site.address);

@@ -1,5 +1,6 @@
 //! One stream of frames.
 
+use polyreel_core::unstable::options::{Detail, Steps};
 use polyreel_core::{Mesh, Renderer};
 use wasm_bindgen::prelude::*;
 
@@ -51,7 +52,23 @@ impl Engine {
         width: u32,
         height: u32,
     ) -> std::result::Result<Vec<u8>, JsError> {
-        Ok(self.next(rgba, width, height)?)
+        Ok(self.next(rgba, width, height, &Detail::FULL)?)
+    }
+
+    /// The same for a frame that is only looked at: with `eighths` of a step of refinement, where time is short.
+    ///
+    /// # Errors
+    /// As [`Engine::render`].
+    #[wasm_bindgen(js_name = renderBriefly)]
+    pub fn render_briefly(
+        &mut self,
+        rgba: &[u8],
+        width: u32,
+        height: u32,
+        eighths: u32,
+    ) -> std::result::Result<Vec<u8>, JsError> {
+        let steps = Some(Steps::from_eighths(eighths));
+        Ok(self.next(rgba, width, height, &Detail { steps, ..Detail::FULL })?)
     }
 
     /// Points of the last frame.
@@ -78,8 +95,8 @@ impl Engine {
         Ok(Self { renderer: Renderer::new(&look.options)?, mesh: None, cut: true })
     }
 
-    pub(crate) fn next(&mut self, rgba: &[u8], width: u32, height: u32) -> Result<Vec<u8>> {
-        let rendered = self.renderer.render(&frame::frame(rgba, width, height)?)?;
+    fn next(&mut self, rgba: &[u8], width: u32, height: u32, detail: &Detail) -> Result<Vec<u8>> {
+        let rendered = self.renderer.render_in(&frame::frame(rgba, width, height)?, detail)?;
         self.cut = rendered.life.cut;
         self.mesh = Some(rendered.mesh);
         Ok(frame::bytes(rendered.picture))
@@ -95,12 +112,15 @@ mod tests {
         let mut engine =
             Engine::of(&Look::of(r#"{"points": "40"}"#).expect("sound")).expect("sound");
         let picture: Vec<u8> = (0..64 * 48 * 4).map(|i| (i * 7 % 251) as u8 | 3).collect();
-        let first = engine.next(&picture, 64, 48).expect("renders");
+        let first = engine.next(&picture, 64, 48, &Detail::FULL).expect("renders");
         assert_eq!(first.len(), picture.len());
         assert_eq!(engine.points(), 40);
         engine.reset();
-        assert_eq!(engine.next(&picture, 64, 48).expect("renders"), first);
-        assert!(engine.next(&picture, 64, 47).is_err());
-        assert!(engine.next(&picture[1..], 64, 48).is_err());
+        assert_eq!(engine.next(&picture, 64, 48, &Detail::FULL).expect("renders"), first);
+        let steps = Some(Steps::from_eighths(2));
+        let brief = Detail { steps, ..Detail::FULL };
+        assert_eq!(engine.next(&picture, 64, 48, &brief).expect("renders").len(), first.len());
+        assert!(engine.next(&picture, 64, 47, &Detail::FULL).is_err());
+        assert!(engine.next(&picture[1..], 64, 48, &Detail::FULL).is_err());
     }
 }

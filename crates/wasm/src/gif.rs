@@ -84,27 +84,26 @@ impl Gif {
         if pixels.len() != width * height {
             return Err(Error::file("a frame has another size than the first one"));
         }
-        let (palette, numbers) = palette(pixels);
-        let next: Vec<Option<[u8; 3]>> = pixels
-            .iter()
-            .map(|&pixel| key(pixel).map(|key| palette[usize::from(numbers[&key])]))
-            .collect();
-        // A transparent pixel can only come of a frame that is cleared: those are drawn whole.
-        let whole = self.alpha || self.shown.is_empty();
-        let shown = std::mem::take(&mut self.shown);
-        let same = |i: usize| !whole && shown[i] == next[i];
-        let area = match whole {
-            true => Area { x: 0, y: 0, width, height },
-            false => Area::changed(width, height, same),
-        };
-        let number = |i: usize| match key(pixels[i]) {
-            Some(key) if !same(i) => numbers[&key],
-            _ => CLEAR,
-        };
-        let all: Vec<usize> = (0..pixels.len()).collect();
-        let buffer: Vec<u8> = area.of(&all, width).into_iter().map(number).collect();
-        let mut table = palette;
+        let (mut table, numbers) = palette(pixels);
         table.resize(MOST + 1, [0; 3]);
+        let mut drawn = Vec::with_capacity(pixels.len());
+        // Triangles are runs of one colour.
+        for run in pixels.chunk_by(|a, b| a == b) {
+            let number = key(run[0]).map_or(CLEAR, |key| numbers[&key]);
+            drawn.resize(drawn.len() + run.len(), number);
+        }
+        let colour = |&number: &u8| (number != CLEAR).then(|| table[usize::from(number)]);
+        let next: Vec<Option<[u8; 3]>> = drawn.iter().map(colour).collect();
+        // A transparent pixel can only come of a frame that is cleared: those are drawn whole.
+        let area = if self.alpha || self.shown.is_empty() {
+            Area { x: 0, y: 0, width, height }
+        } else {
+            let pairs = drawn.iter_mut().zip(&next).zip(&self.shown);
+            pairs
+                .filter(|((_, next), shown)| next == shown)
+                .for_each(|((drawn, _), _)| *drawn = CLEAR);
+            Area::changed(width, height, |i| drawn[i] == CLEAR)
+        };
         let frame = Frame {
             delay: hundredths,
             dispose: if self.alpha { DisposalMethod::Background } else { DisposalMethod::Keep },
@@ -114,7 +113,7 @@ impl Gif {
             width: area.width as u16,
             height: area.height as u16,
             palette: Some(table.into_flattened()),
-            buffer: Cow::Owned(buffer),
+            buffer: Cow::Owned(area.of(&drawn, width)),
             ..Frame::default()
         };
         self.encoder.write_frame(&frame).map_err(Error::file)?;

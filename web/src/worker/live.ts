@@ -6,9 +6,41 @@ import type { Frames } from './animation';
 import { lookOf } from './look';
 import { bitmapOf, fitted, pixelsOf, type Pixels } from './pixels';
 
+/** Eighths of a step of refinement for frames that move, from much time to none; nothing is as the look says. */
+const LADDER = [null, 12, 8, 5, 3, 2, 1, 0];
+/** Milliseconds above which a frame comes too late, and below which there is time for more. */
+const LATE = 30;
+const EARLY = 16;
+/** Frames in a row that have to be late, or early. */
+const LATE_FRAMES = 2;
+const EARLY_FRAMES = 24;
+
+/** Chooses how much refinement a frame that moves gets, so that it is there in time. Exports do not ask it. */
+export class Pace {
+  private rung = 0;
+  private late = 0;
+  private early = 0;
+
+  get eighths(): number | null {
+    return LADDER[this.rung] ?? null;
+  }
+
+  /** A frame took this long. */
+  learn(milliseconds: number): void {
+    this.late = milliseconds > LATE ? this.late + 1 : 0;
+    this.early = milliseconds < EARLY ? this.early + 1 : 0;
+    const worse = this.late >= LATE_FRAMES;
+    if (!worse && this.early < EARLY_FRAMES) return;
+    this.rung = Math.min(LADDER.length - 1, Math.max(0, this.rung + (worse ? 1 : -1)));
+    this.late = 0;
+    this.early = 0;
+  }
+}
+
 /** Renders what is seen: each frame goes on from the last one, or begins afresh. */
 export class Live {
   private engine: Engine | undefined;
+  private readonly pace = new Pace();
   private tuned = '';
   private whole: VideoFrame | ImageBitmap | undefined;
   /** The frame's pixels by their longest side. */
@@ -28,8 +60,12 @@ export class Live {
     const { width, height, rgba } = pixels;
     const engine = this.ready(job, width, height);
     const began = performance.now();
-    const out = engine.render(rgba, width, height);
+    const eighths = job.goesOn ? this.pace.eighths : null;
+    const out =
+      eighths === null ? engine.render(rgba, width, height) : engine.renderBriefly(rgba, width, height, eighths);
     const milliseconds = performance.now() - began;
+    // Where the mesh begins afresh, a frame takes longer: that is no measure of the next one.
+    if (job.goesOn && !engine.cut) this.pace.learn(milliseconds);
     const source = typeof job.frame === 'number' ? await bitmapOf(pixels) : undefined;
     const picture = await bitmapOf({ width, height, rgba: out });
     const { points, triangles } = engine;
