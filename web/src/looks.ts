@@ -65,7 +65,7 @@ export class Looks {
       if (round !== this.round) break;
       const settings: Settings = name === null ? {} : { preset: name };
       const { width, height } = source;
-      const job = { settings, mask: null, width, height, most: LONGEST, goesOn: false };
+      const job = { settings, mask: null, width, height, most: LONGEST, goesOn: false, isDraft: false };
       const copy = await createImageBitmap(small);
       const rendered = await this.worker.ask('thumbnail', { ...job, frame: copy }, [copy]);
       if (round === this.round) show(canvas, rendered.picture);

@@ -67,6 +67,8 @@ export interface RenderJob {
   most: number;
   /** Whether the frame goes on from the one before. */
   goesOn: boolean;
+  /** Whether it is drawn again soon, with all refinement. */
+  isDraft: boolean;
   /** Nothing: the last one again. A number: that frame of the open animation. */
   frame: VideoFrame | ImageBitmap | number | null;
 }

@@ -99,13 +99,14 @@ export class Show {
     this.next = null;
     this.wanted = 'nothing';
     const still = source.kind === 'still';
-    const most = still ? (wanted === 'full' ? REST : DRAFT) : MOVING;
+    const isDraft = still && wanted !== 'full';
+    const most = still ? (isDraft ? DRAFT : REST) : MOVING;
     const { settings, mask } = this.state;
     const { width, height } = source;
     const goesOn = !still && frame !== null && this.isMoving;
     const transfer = frame !== null && typeof frame !== 'number' ? [frame] : [];
     try {
-      const job = { settings, mask, width, height, most, goesOn, frame };
+      const job = { settings, mask, width, height, most, goesOn, isDraft, frame };
       const rendered = await this.worker.ask('render', job, transfer);
       show(this.canvas, rendered.picture);
       if (rendered.source) show(this.before, rendered.source);

@@ -15,6 +15,9 @@ const EARLY = 16;
 const LATE_FRAMES = 2;
 const EARLY_FRAMES = 24;
 
+/** The same of a still while a control is dragged. */
+const DRAFT = 16;
+
 /** Chooses how much refinement a frame that moves gets, so that it is there in time. Exports do not ask it. */
 export class Pace {
   private rung = 0;
@@ -60,12 +63,12 @@ export class Live {
     const { width, height, rgba } = pixels;
     const engine = this.ready(job, width, height);
     const began = performance.now();
-    const eighths = job.goesOn ? this.pace.eighths : null;
+    const eighths = job.goesOn ? this.pace.eighths : job.isDraft ? DRAFT : null;
     const out =
       eighths === null ? engine.render(rgba, width, height) : engine.renderBriefly(rgba, width, height, eighths);
     const milliseconds = performance.now() - began;
-    // Where the mesh begins afresh, a frame takes longer: that is no measure of the next one.
-    if (job.goesOn && !engine.cut) this.pace.learn(milliseconds);
+    // A mesh that begins afresh counts, too: where frames are late, those left out between them make it do so.
+    if (job.goesOn) this.pace.learn(milliseconds);
     const source = typeof job.frame === 'number' ? await bitmapOf(pixels) : undefined;
     const picture = await bitmapOf({ width, height, rgba: out });
     const { points, triangles } = engine;
