@@ -11,8 +11,18 @@ pub(crate) fn put(options: &Options, header: &mut Header) {
     }
     header.put("outline-width", options.outline_width);
     header.put("outline-contrast", options.outline_contrast);
+    if options.line_colour().is_some() && options.coherence != Options::default().coherence {
+        // Lines hold to those of the frame before.
+        header.put("coherence", options.coherence);
+    }
     header.put("saturation", options.saturation);
     header.put("wash", options.wash);
+    if options.outline_opacity != 1.0 {
+        header.put("outline-opacity", options.outline_opacity);
+    }
+    if options.outline_tint != 0.0 {
+        header.put("outline-tint", options.outline_tint);
+    }
     if options.contrast != 1.0 {
         header.put("contrast", options.contrast);
     }
@@ -53,6 +63,9 @@ pub(crate) fn of(header: &Header) -> Options {
     }
     read(header, "outline-width", &mut options.outline_width);
     read(header, "outline-contrast", &mut options.outline_contrast);
+    read(header, "outline-opacity", &mut options.outline_opacity);
+    read(header, "outline-tint", &mut options.outline_tint);
+    read(header, "coherence", &mut options.coherence);
     read(header, "saturation", &mut options.saturation);
     read(header, "wash", &mut options.wash);
     read(header, "contrast", &mut options.contrast);

@@ -10,8 +10,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use polyreel::error::{Error, Result};
 use polyreel::frame::{Rgba, luma};
 use polyreel::options::{
-    CellPercentiles, Colour, Duotone, Edges, FillMode, Focus, FrontEnd, Method, Options, PRESETS,
-    Palette, Points, Quality, Shape, Target, Thresholds,
+    CellPercentiles, Colour, Duotone, Edges, FillMode, Focus, FrontEnd, Length, Method, Options,
+    PRESETS, Palette, Points, Quality, Shape, Target, Thresholds,
 };
 use polyreel::source::{self, SourceOptions};
 
@@ -30,7 +30,8 @@ pub(crate) struct LookArgs {
         "How feature points and seeds are found", Options::default().method.name()))]
     pub(crate) method: Option<Method>,
     #[arg(long, value_name = "N|N%|auto", help = with_default(
-        "Seeds of a frame: a count (2000), a share of its pixels (1.5%), or auto: the fewest, to 2 %, \
+        "Seeds of a frame: a count (2000), a count for a picture of 1024 x 1024 that grows slightly with the size \
+         (1200@1MP), a share of its pixels (1.5%), or auto: the fewest, to 2 %, \
          that reach --error on the first frame; they stay for the frames after it",
         Options::default().points))]
     pub(crate) points: Option<Points>,
@@ -42,7 +43,8 @@ pub(crate) struct LookArgs {
         Options::default().coherence))]
     coherence: Option<f64>,
     #[arg(long, value_name = "NAME", value_parser = one_of(Quality::ALL, Quality::name), help = with_default(
-        "How much work goes into refinement: none, most of the gain, all of it",
+        "How much work goes into refinement: none, most of the gain, all of it; auto is best for a still, normal for a \
+         film",
         Options::default().quality.name()))]
     quality: Option<Quality>,
     /// Steps of refinement in place of --quality: of a still, and of each frame of an animation, the
@@ -62,23 +64,34 @@ pub(crate) struct LookArgs {
         "How triangles meet: smooth, a step spread over two pixels, or hard; GIFs always have hard edges",
         Options::default().edges.name()))]
     pub(crate) edges: Option<Edges>,
-    /// Draw the edges of the mesh, in black or in COLOUR (white, #802040); --outline-width and
-    /// --outline-contrast draw them, too [default: none]
+    /// Draw the edges of the mesh, in black or in COLOUR (white, #802040, or darker or lighter: tints
+    /// of the facets beside it); the other options of the
+    /// outline draw them, too [default: none]
     #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true)]
     #[arg(default_missing_value = "black")]
-    outline: Option<Colour>,
-    #[arg(long, value_name = "PX", help = with_default(
-        "Width of the outline in pixels, 1 to 32", Options::default().outline_width))]
-    outline_width: Option<u32>,
+    outline: Option<Ink>,
+    #[arg(long, value_name = "PX|N%", help = with_default(
+        "Width of the outline: pixels (2, 2px), or a share of the picture's shorter side (0.3%)",
+        Options::default().outline_width))]
+    outline_width: Option<Length>,
     #[arg(long, value_name = "N", help = with_default(
-        "Draw the outline only where colours differ by more than N of 255; 0 draws all of it",
+        "Draw the outline the stronger the more colours differ, half as strong where they do by N of 255; 0 draws \
+         all of it alike",
         Options::default().outline_contrast))]
     outline_contrast: Option<u32>,
+    #[arg(long, value_name = "O", help = with_default(
+        "How opaque the outline is, 0 to 1", Options::default().outline_opacity))]
+    outline_opacity: Option<f64>,
+    #[arg(long, value_name = "T", help = with_default(
+        "How much of the outline's colour is that of the facets beside it, 0 to 1: --outline=white \
+         --outline-tint 0.6 is a lighter tint of each",
+        Options::default().outline_tint))]
+    outline_tint: Option<f64>,
     #[arg(long, value_name = "S", help = with_default(
         "How strong colours are, 0 (grey) to 4", Options::default().saturation))]
     saturation: Option<f64>,
     #[arg(long, value_name = "W", help = with_default(
-        "How far colours are washed out, 0 (not at all) to 1 (white)", Options::default().wash))]
+        "How far colours are washed out as by water, 0 (not at all) to 1 (white); black stays", Options::default().wash))]
     wash: Option<f64>,
     #[arg(long, value_name = "NAME", value_parser = one_of(FillMode::ALL, FillMode::name), help = with_default(
         "What triangles are filled with: their mean or median colour, that at their centroid, a plane of colour \
@@ -168,6 +181,29 @@ pub(crate) struct LookArgs {
     diffusion_gamma: Option<f64>,
 }
 
+/// What an outline is drawn with.
+#[derive(Clone, Copy, Debug)]
+struct Ink {
+    colour: Colour,
+    /// How much of it is of the facets' colour; `None` for what the other options say.
+    tint: Option<f64>,
+}
+
+/// The share of the facets' colour in a tint of it.
+const TINT: f64 = 0.55;
+
+impl std::str::FromStr for Ink {
+    type Err = Error;
+    fn from_str(text: &str) -> Result<Self> {
+        let tint_with = |grey| Ink { colour: Colour([grey, grey, grey, 255]), tint: Some(TINT) };
+        match text {
+            "darker" | "auto" => Ok(tint_with(0)),
+            "lighter" => Ok(tint_with(255)),
+            _ => Ok(Ink { colour: text.parse()?, tint: None }),
+        }
+    }
+}
+
 const PAPER: &str = "The paper's parameters";
 const SCORES: &str = "Feature maps, and the methods that score every pixel";
 
@@ -180,7 +216,7 @@ impl LookArgs {
         if self.asks_for_a_mesh() {
             return Err(Error::usage(
                 "a mesh stream is painted, not triangulated anew: of the looks only --edges, --outline, \
-                 --outline-width, --outline-contrast, --saturation, --wash, --contrast, --chroma, --duotone, --palette, \
+                 --outline-width, --outline-contrast, --outline-opacity, --outline-tint, --saturation, --wash, --contrast, --chroma, --duotone, --palette, \
                  --fill none and --preset have an effect on it",
             ));
         }
@@ -190,9 +226,11 @@ impl LookArgs {
         };
         let options = Options {
             edges: self.edges.unwrap_or(base.edges),
-            outline: self.outline.or(base.outline).or(self.implied_outline()),
+            outline: self.ink().or(base.outline).or(self.implied_outline()),
             outline_width: self.outline_width.unwrap_or(base.outline_width),
             outline_contrast: self.outline_contrast.unwrap_or(base.outline_contrast),
+            outline_opacity: self.outline_opacity.unwrap_or(base.outline_opacity),
+            outline_tint: self.tint().unwrap_or(base.outline_tint),
             saturation: self.saturation.unwrap_or(base.saturation),
             wash: self.wash.unwrap_or(base.wash),
             fill: self.repainted_fill(&base, look)?,
@@ -206,9 +244,20 @@ impl LookArgs {
         Ok(options)
     }
 
+    fn ink(&self) -> Option<Colour> {
+        self.outline.map(|ink| ink.colour)
+    }
+
+    fn tint(&self) -> Option<f64> {
+        self.outline_tint.or(self.outline.and_then(|ink| ink.tint))
+    }
+
     /// The outline of whoever gives only its width or contrast: in black, as `--outline` alone.
     fn implied_outline(&self) -> Option<Colour> {
-        let implied = self.outline_width.is_some() || self.outline_contrast.is_some();
+        let implied = self.outline_width.is_some()
+            || self.outline_contrast.is_some()
+            || self.outline_opacity.is_some()
+            || self.outline_tint.is_some();
         implied.then_some(Colour([0, 0, 0, 255]))
     }
 
@@ -269,6 +318,8 @@ impl LookArgs {
         put(&mut options.edges, &self.edges);
         put(&mut options.outline_width, &self.outline_width);
         put(&mut options.outline_contrast, &self.outline_contrast);
+        put(&mut options.outline_opacity, &self.outline_opacity);
+        put(&mut options.outline_tint, &self.tint());
         put(&mut options.saturation, &self.saturation);
         put(&mut options.wash, &self.wash);
         put(&mut options.fill, &self.fill);
@@ -298,7 +349,7 @@ impl LookArgs {
         put(&mut options.diffusion_kappa, &self.diffusion_kappa);
         put(&mut options.diffusion_gamma, &self.diffusion_gamma);
         options.features = self.features.or(options.features);
-        options.outline = self.outline.or(options.outline).or(self.implied_outline());
+        options.outline = self.ink().or(options.outline).or(self.implied_outline());
         options.hex_density = self.hex_density.or(options.hex_density);
         if self.points.is_some() {
             // A given number of points replaces the grid of the preset.
@@ -307,6 +358,14 @@ impl LookArgs {
         options.validate()?;
         Ok(options)
     }
+}
+
+/// `options` for a stream of frames: even where each frame is alone, the first is no still.
+pub(crate) fn of_a_stream(mut options: Options) -> Options {
+    if options.quality == Quality::Auto {
+        options.quality = Quality::Normal;
+    }
+    options
 }
 
 /// Reads the mask of the focus of `options`, if there is one that has no pixels yet.

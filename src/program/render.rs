@@ -29,6 +29,7 @@ use crate::program::cli::{RenderArgs, RunArgs};
 use crate::program::embed::Watcher;
 use crate::program::film;
 use crate::program::interrupt::Interrupt;
+use crate::program::look::of_a_stream;
 use crate::program::preview::RenderWindow;
 use crate::program::progress::Progress;
 use crate::program::record::Record;
@@ -113,6 +114,8 @@ pub(crate) fn render_to(
     if info.still {
         // Nothing comes after it: --refine STEPS means exactly that number.
         options.coherence = 0.0;
+    } else {
+        options = of_a_stream(options);
     }
     let record = record_of(args, input.paths(), output, interrupt)?;
     let controls = Controls::new(options.clone())?;

@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::frame::Rgba;
 use crate::mesh::Mesh;
 use crate::options::Options;
-use crate::rasterise::{Grade, outlined};
+use crate::rasterise::{Grade, Outlined, outlined};
 use crate::stream::Span;
 
 /// A frame's facets.
@@ -34,8 +34,8 @@ impl Facets {
         grade.graded(&self.mesh, &self.colours)
     }
 
-    /// The edges along which `look` has lines, by the colours of the lines.
-    pub(super) fn outlined(&self, look: &Options) -> Vec<(Rgba, Vec<[u32; 2]>)> {
+    /// The edges along which `look` has lines, by the looks of the lines.
+    pub(super) fn outlined(&self, look: &Options) -> Vec<Outlined> {
         outlined(&self.mesh, &self.colours, look)
     }
 }

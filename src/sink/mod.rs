@@ -115,7 +115,9 @@ impl Needs {
             options.edges = edges;
         }
         if self.plain {
-            (options.saturation, options.wash, options.outline) = (1.0, 0.0, None);
+            // Lines that are not seen: meshes of looks with lines are calmer.
+            options.outline = options.line_colour();
+            (options.saturation, options.wash, options.outline_opacity) = (1.0, 0.0, 0.0);
             (options.contrast, options.chroma) = (1.0, 1.0);
             (options.duotone, options.palette) = (None, None);
             if options.fill == FillMode::None {

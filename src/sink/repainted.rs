@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::frame::{Buffers, Fill, Frame};
 use crate::geom::{Point, Size, orient};
 use crate::mesh::Mesh;
-use crate::options::Options;
+use crate::options::{Length, Options};
 use crate::rasterise::Painter;
 
 /// Paints for an inner sink.
@@ -28,9 +28,10 @@ impl Repainted {
 
     /// `look` for pictures `times` as large: the width of lines grows in proportion.
     pub fn look_at(look: &Options, times: f64) -> Options {
-        let width = (f64::from(look.outline_width) * times).round().clamp(1.0, 32.0);
         let mut look = look.clone();
-        look.outline_width = width as u32;
+        if let Length::Pixels(pixels) = look.outline_width {
+            look.outline_width = Length::Pixels((pixels * times).clamp(0.1, 256.0));
+        }
         look
     }
 }

@@ -112,8 +112,8 @@ fn a_palette_holds_still_over_a_clip() {
 fn a_wireframe_leaves_all_else_transparent() {
     let look = Options { fill: FillMode::None, ..options() };
     let picture = rendered(&look, 1).remove(0);
-    let lines = picture.pixels().iter().filter(|pixel| **pixel == [0, 0, 0, 255]).count();
+    assert!(picture.pixels().iter().all(|pixel| pixel[..3] == [0; 3]));
+    let lines = picture.pixels().iter().filter(|pixel| pixel[3] > 128).count();
     let clear = picture.pixels().iter().filter(|pixel| **pixel == [0; 4]).count();
-    assert_eq!(lines + clear, SIZE.pixels());
     assert!(lines > 1000 && clear > lines, "{lines} {clear}");
 }

@@ -1,6 +1,6 @@
 //! Lines on pictures.
 
-use crate::frame::{Fill, Rgba};
+use crate::frame::Rgba;
 use crate::geom::{Point, Size};
 use crate::mesh::Mesh;
 
@@ -46,57 +46,6 @@ pub fn edges(pixels: &mut [Rgba], mesh: &Mesh, colour: Rgba, width: u32) -> u32 
         }
     }
     drawn
-}
-
-/// As [`edges`], but only edges between two triangles with `wanted(t, u)`, `t` below `u`.
-pub fn some_edges(
-    pixels: &mut [Rgba],
-    mesh: &Mesh,
-    colour: Rgba,
-    width: u32,
-    wanted: impl Fn(u32, u32) -> bool,
-) -> u32 {
-    let brush = brush(width);
-    let mut drawn = 0;
-    for ([a, b], [t, u]) in inner_edges(mesh) {
-        if wanted(t, u) {
-            let ends = (mesh.vertices[a as usize], mesh.vertices[b as usize]);
-            drawn += stroke(pixels, mesh.size, ends, colour, &brush);
-        }
-    }
-    drawn
-}
-
-/// Draws the edges of `mesh` on `pixels` in the colours of `colour(t, u)`, if any, where `u`, the triangle on the
-/// other side, is `None` on the frame's border. Where lines meet, the more opaque one is visible. Returns the fills
-/// by opacity.
-pub fn shaded_edges(
-    pixels: &mut [Rgba],
-    mesh: &Mesh,
-    width: u32,
-    colour: impl Fn(u32, Option<u32>) -> Option<Rgba>,
-) -> Vec<Fill> {
-    let sides = sides(mesh);
-    let mut lines: Vec<(u8, u32, u32, Rgba)> = sides
-        .chunk_by(|x, y| (x.0, x.1) == (y.0, y.1))
-        .filter_map(|edge| {
-            let (a, b, t) = edge[0];
-            let colour = colour(t, edge.get(1).map(|side| side.2))?;
-            Some((colour[3], a, b, colour))
-        })
-        .collect();
-    lines.sort_unstable();
-    let brush = brush(width);
-    let mut fills: Vec<Fill> = Vec::new();
-    for (_, a, b, colour) in lines {
-        let ends = (mesh.vertices[a as usize], mesh.vertices[b as usize]);
-        let area = stroke(pixels, mesh.size, ends, colour, &brush);
-        match fills.last_mut().filter(|fill| fill.colour == colour) {
-            Some(fill) => fill.area = fill.area.saturating_add(area),
-            None => fills.push(Fill { colour, area }),
-        }
-    }
-    fills
 }
 
 /// The sides of all triangles: the smaller end, the larger, and the triangle, sorted.

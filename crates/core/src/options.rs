@@ -45,7 +45,7 @@ pub use target::Target;
 pub struct Options {
     /// Levels one and two. Default [`Method::Hrlp`].
     pub method: Method,
-    /// Target seeds for a frame. Default 0.8 % of the pixels (paper, Table 2).
+    /// Target seeds for a frame. Default 1200 of a picture of 1024 x 1024 pixels, see [`Points::Scaled`].
     pub points: Points,
     /// Seed of all random numbers. Default 0.
     pub seed: u64,
@@ -53,7 +53,7 @@ pub struct Options {
     /// price of likeness). Above 0 the mesh is carried from frame to frame. Default 0.4.
     pub coherence: f64,
     /// How much work goes into refinement: on video, frames smaller than 1280 x 720 get more steps in the
-    /// time that these take. Default [`Quality::Normal`].
+    /// time that these take. Default [`Quality::Auto`].
     pub quality: Quality,
     /// Number of refinement steps, 0..=1000, in place of [`Options::quality`]: for a still, and for each frame
     /// of a stream. The first frame of a shot gets at least 4, unless the number is 0. Default `None`.
@@ -62,8 +62,8 @@ pub struct Options {
     /// as far as [`Quality::Best`] where the target is out of reach. The frames that follow it in a
     /// shot are refined as [`Options::quality`] says. Default `None`.
     pub error: Option<Target>,
-    /// How much well-shaped triangles count against the error, 0 (not at all) to 1 (nothing else).
-    /// Default 0.5.
+    /// How much well-shaped triangles count against the error, 0 (contours above all) to 1 (nothing else). Above 0.5
+    /// facets are of more equal size, too: the less points go where the error is, the higher it is. Default 0.5.
     pub regularity: f64,
     /// How often the frame is smoothed (3x3 binomial) before its colours are clustered, 0..=8, so that
     /// grain draws no regions; the paper does not. Default 2.
@@ -106,14 +106,22 @@ pub struct Options {
     pub edges: Edges,
     /// Colour of lines drawn along the edges of the mesh; `None` draws none. Default `None`.
     pub outline: Option<Colour>,
-    /// Width of these lines in pixels, 1..=32. Default 1.
-    pub outline_width: u32,
-    /// Lines are only drawn between triangles whose colours differ by more than this in a channel,
-    /// 0..=255; 0 draws them along all edges. Default 0.
+    /// Width of these lines: up to 256 pixels, or a share of the frame's shorter side of at most a tenth. Default 1
+    /// pixel.
+    pub outline_width: Length,
+    /// The difference in a channel, 0..=255, of the colours of two triangles between which a line has half its
+    /// strength: it has none at half of that, and all at half as much again. 0 draws all lines alike. Default 0.
     pub outline_contrast: u32,
+    /// How opaque lines are, 0..=1. Default 1.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_one"))]
+    pub outline_opacity: f64,
+    /// How much of a line's colour is that of the facets beside it, 0 (none) to 1 (all). Default 0.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
+    pub outline_tint: f64,
     /// How strong colours are, 0 (grey) to 4; 1 leaves them as they are. Default 1.
     pub saturation: f64,
-    /// How far colours are washed out towards white, 0 (not at all) to 1 (white). Default 0.
+    /// How far colours are washed out towards white, as paint by water, 0 (not at all) to 1 (white): what is light
+    /// first, black not at all. Default 0.
     pub wash: f64,
     /// What a triangle is filled with. Default [`FillMode::Mean`].
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
@@ -183,8 +191,10 @@ impl Default for Options {
             diffusion_gamma: 0.25,
             edges: Edges::default(),
             outline: None,
-            outline_width: 1,
+            outline_width: Length::Pixels(1.0),
             outline_contrast: 0,
+            outline_opacity: 1.0,
+            outline_tint: 0.0,
             saturation: 1.0,
             wash: 0.0,
             fill: FillMode::default(),
@@ -199,6 +209,12 @@ impl Default for Options {
 }
 
 impl Options {
+    /// How far all places get equally many points, 0 (as many as the picture asks for) to 1.
+    #[doc(hidden)]
+    pub fn evenness(&self) -> f64 {
+        (2.0 * self.regularity - 1.0).max(0.0)
+    }
+
     /// The colour of lines that are drawn: [`Options::outline`]; black where nothing else would be seen.
     #[doc(hidden)]
     pub fn line_colour(&self) -> Option<Colour> {
@@ -241,12 +257,14 @@ impl Options {
             coherence: _,
             quality: _,
             refine: _,
-            regularity: _,
+            regularity,
             // For painting.
             edges: _,
             outline: _,
             outline_width: _,
             outline_contrast: _,
+            outline_opacity: _,
+            outline_tint: _,
             saturation: _,
             wash: _,
             fill: _,
@@ -261,6 +279,8 @@ impl Options {
             method,
             points,
             seed,
+            // Below that, the sizes of facets do not depend on it.
+            regularity: regularity.max(0.5),
             // The number of points follows from it.
             error: error.filter(|_| points == Points::Auto),
             smoothing,
@@ -299,6 +319,20 @@ mod tests {
         assert!("many".parse::<Points>().is_err());
         assert_eq!(Points::Share(0.008).target(Size::new(1024, 1024)), 8388);
         assert_eq!(Points::Count(9).target(Size::new(2, 2)), 4);
+        assert_eq!("1200@1MP".parse::<Points>().expect("of a megapixel"), Points::Scaled(1200));
+        assert_eq!(Points::Scaled(1200).to_string(), "1200@1MP");
+        assert!("1200@2MP".parse::<Points>().is_err());
+    }
+
+    #[test]
+    fn the_same_picture_has_about_as_many_points_at_any_size() {
+        let count = |side| Points::default().target(Size::new(side, side)) as f64;
+        let counts = [512, 1024, 4096].map(count);
+        assert!(counts.is_sorted() && counts[2] / counts[0] <= 1.2, "{counts:?}");
+        assert_eq!(counts[1], 1200.0);
+        // A sprite of few pixels has no more than the paper gives it.
+        assert_eq!(count(64), 32.0);
+        assert_eq!(count(1), 1.0);
     }
 
     #[test]

@@ -114,10 +114,15 @@ impl Mesh {
         let mesh = self.mesh(py);
         Ok(py.detach(|| {
             let outlined = outlined(&mesh, &self.plain, &self.look);
-            let width = f64::from(self.look.outline_width);
+            let width = self.look.outline_width.of(mesh.size.width.min(mesh.size.height));
             let lines: Vec<_> = outlined
                 .iter()
-                .map(|(colour, edges)| Lines { edges, colour: *colour, width })
+                .map(|lines| Lines {
+                    edges: &lines.edges,
+                    colour: lines.colour,
+                    width,
+                    strength: lines.strength,
+                })
                 .collect();
             let graded = Grade::of(&self.look).graded(&mesh, &self.plain);
             to_svg(&mesh, &graded, &SvgOptions { title, seams, lines: &lines })

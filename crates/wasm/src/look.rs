@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use polyreel_core::{Focus, FocusMask, Options, Points, Size};
+use polyreel_core::{Focus, FocusMask, Length, Options, Points, Size};
 use serde_json::{Map, Value};
 use wasm_bindgen::prelude::*;
 
@@ -105,8 +105,9 @@ impl Look {
             let points = self.options.points.target(picture).min(most);
             look.options.points = Points::Count(points as u32);
             let share = f64::from(width) / f64::from(picture_width.max(1));
-            let wide = f64::from(self.options.outline_width) * share;
-            look.options.outline_width = (wide.round() as u32).clamp(1, 32);
+            if let Length::Pixels(pixels) = self.options.outline_width {
+                look.options.outline_width = Length::Pixels((pixels * share).max(0.1));
+            }
         }
         look
     }
@@ -154,6 +155,8 @@ pub(crate) fn values(options: &Options) -> Map<String, Value> {
     let rest = [
         ("fill", Value::from(options.fill.name())),
         ("shape", options.shape.name().into()),
+        ("outline-opacity", options.outline_opacity.into()),
+        ("outline-tint", options.outline_tint.into()),
         ("contrast", options.contrast.into()),
         ("chroma", options.chroma.into()),
         ("duotone", Value::Null),
@@ -228,7 +231,7 @@ mod tests {
         let look = Look::of(r#"{"points": "0.1%", "outline-width": 8}"#).expect("sound");
         let preview = look.for_preview(4000, 3000, 1000, 750);
         assert_eq!(preview.options.points, Points::Count(12000));
-        assert_eq!(preview.options.outline_width, 2);
+        assert_eq!(preview.options.outline_width, Length::Pixels(2.0));
         assert_eq!(look.for_preview(400, 300, 400, 300).options, look.options);
     }
 }

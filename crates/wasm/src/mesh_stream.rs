@@ -105,6 +105,15 @@ fn header(look: &Options, plays: u32, alpha: bool) -> Header {
     }
     header.put("outline-width", look.outline_width);
     header.put("outline-contrast", look.outline_contrast);
+    if look.outline_opacity != 1.0 {
+        header.put("outline-opacity", look.outline_opacity);
+    }
+    if look.outline_tint != 0.0 {
+        header.put("outline-tint", look.outline_tint);
+    }
+    if look.line_colour().is_some() && look.coherence != Options::default().coherence {
+        header.put("coherence", look.coherence);
+    }
     header.put("saturation", look.saturation);
     header.put("wash", look.wash);
     if look.contrast != 1.0 {

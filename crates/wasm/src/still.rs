@@ -63,7 +63,9 @@ pub(crate) fn plain(look: &Options) -> Result<Options> {
         )));
     }
     let mut plain = look.clone();
-    (plain.saturation, plain.wash, plain.outline) = (1.0, 0.0, None);
+    // Lines that are not seen: meshes of looks with lines are calmer.
+    plain.outline = look.line_colour();
+    (plain.saturation, plain.wash, plain.outline_opacity) = (1.0, 0.0, 0.0);
     (plain.contrast, plain.chroma) = (1.0, 1.0);
     (plain.duotone, plain.palette) = (None, None);
     if plain.fill == FillMode::None {
@@ -81,9 +83,16 @@ fn svg(look: &Options, frame: &Frame, title: &str) -> Result<String> {
     let mesh = Renderer::new(&plain(look)?)?.render(frame)?.mesh;
     let plain = colours(&mesh);
     let outlined = outlined(&mesh, &plain, look);
-    let width = f64::from(look.outline_width);
-    let lines: Vec<_> =
-        outlined.iter().map(|(colour, edges)| Lines { edges, colour: *colour, width }).collect();
+    let width = look.outline_width.of(mesh.size.width.min(mesh.size.height));
+    let lines: Vec<_> = outlined
+        .iter()
+        .map(|lines| Lines {
+            edges: &lines.edges,
+            colour: lines.colour,
+            width,
+            strength: lines.strength,
+        })
+        .collect();
     let graded = Grade::of(look).graded(&mesh, &plain);
     Ok(to_svg(&mesh, &graded, &SvgOptions { title, lines: &lines, ..SvgOptions::default() }))
 }

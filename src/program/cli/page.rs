@@ -23,7 +23,7 @@ const PAGE: [(&str, &str); 27] = [
     ("coherence", "How firmly frames hold together, 0 to 1 (least flicker)"),
     ("regularity", "How well-shaped triangles are, 0 to 1"),
     ("outline", "Draw lines between triangles, black or COLOUR (gold, #802040)"),
-    ("outline-width", "How wide the lines are"),
+    ("outline-width", "How wide: pixels, or a share (0.3%)"),
     ("saturation", "How strong colours are, 0 (grey) to 4"),
     ("fill", "Colours of triangles: flat, or otherwise"),
     ("shape", "Triangles, panes of like colour, or cells"),

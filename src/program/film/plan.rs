@@ -18,6 +18,7 @@ use super::source_options;
 use crate::program::Outcome;
 use crate::program::cli::{DivisionArgs, InputArgs, PlanArgs, RefusedArgs, VideoArgs, WriteArgs};
 use crate::program::interrupt::Interrupt;
+use crate::program::look::of_a_stream;
 use crate::program::{record, terminal};
 
 /// What pieces of split shots are. Measured: docs/films.md.
@@ -40,7 +41,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome> {
     let processes = interrupt.processes();
     let request = Request {
         input: &args.input,
-        options: args.look.options()?,
+        options: of_a_stream(args.look.options()?),
         write: writing(&args.write, &args.video, &args.input, processes.clone())?,
         kind: args.kind.as_deref().map(Kind::of_ending),
         division: division(&args.division),

@@ -19,6 +19,7 @@ use super::{Work, all, chunk, source_options};
 use crate::program::Outcome;
 use crate::program::cli::RenderArgs;
 use crate::program::interrupt::Interrupt;
+use crate::program::look::of_a_stream;
 use crate::program::{record, terminal};
 
 /// Frames of a part at most: what is lost when a run is killed.
@@ -32,7 +33,7 @@ pub(crate) fn resume(args: &RenderArgs, output: &OsStr) -> Result<Outcome> {
     let folder = folder_of(output);
     let request = Request {
         input: &args.input,
-        options: args.look.options()?,
+        options: of_a_stream(args.look.options()?),
         write: writing(&args.write, &args.video, &args.input, processes.clone())?,
         kind: Some(Kind::of(output)),
         division: Division { max_frames: MAX_FRAMES, warm_up: None },

@@ -10,7 +10,7 @@ use super::LookArgs;
 
 /// A value for each flag, and what the field of the same name becomes. No value is a default or one of
 /// the preset `paper`.
-fn table() -> [(&'static str, &'static str, Value); 36] {
+fn table() -> [(&'static str, &'static str, Value); 38] {
     [
         ("method", "hslp", json!("hslp")),
         ("points", "90", json!("90")),
@@ -39,6 +39,8 @@ fn table() -> [(&'static str, &'static str, Value); 36] {
         ("outline", "#102030", json!("#102030")),
         ("outline-width", "5", json!(5)),
         ("outline-contrast", "17", json!(17)),
+        ("outline-opacity", "0.75", json!(0.75)),
+        ("outline-tint", "0.25", json!(0.25)),
         ("saturation", "1.5", json!(1.5)),
         ("wash", "0.375", json!(0.375)),
         ("fill", "median", json!("median")),
@@ -81,7 +83,7 @@ fn check(base: &[String], flag: &str, value: &str, wanted: &Value) {
     let mut expected = options(base);
     assert_ne!(expected.get(flag), Some(wanted), "--{flag} {value} is what is there already");
     expected.insert(flag.into(), wanted.clone());
-    if ["outline-width", "outline-contrast"].contains(&flag) && expected["outline"].is_null() {
+    if flag.starts_with("outline-") && expected["outline"].is_null() {
         // They mean nothing without an outline.
         expected.insert("outline".into(), json!("#000000"));
     }

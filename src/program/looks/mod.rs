@@ -24,9 +24,6 @@ use crate::program::look::preset;
 use crate::program::progress::TICK;
 use sheet::{Cell, Layout, tile};
 
-/// The name of the look without a preset.
-const DEFAULT: &str = "default";
-
 /// Writes the contact sheet.
 pub(crate) fn looks(args: &LooksArgs) -> Result<Outcome> {
     // Programs that read for us must not outlive us.
@@ -85,10 +82,8 @@ fn chosen(presets: &[String]) -> Result<Vec<(String, Options)>> {
     let all: Result<Vec<_>> =
         PRESETS.iter().map(|p| Ok((p.name.to_owned(), Options::preset(p.name)?))).collect();
     let mut all = all?;
-    // Unless a preset is what one gets without any.
-    if all.iter().all(|(_, options)| *options != Options::default()) {
-        all.insert(0, (DEFAULT.to_owned(), Options::default()));
-    }
+    // First what one gets without any.
+    all.sort_by_key(|(_, options)| *options != Options::default());
     Ok(all)
 }
 

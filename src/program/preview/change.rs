@@ -1,7 +1,7 @@
 //! Changes the options by keys.
 
 use polyreel::geom::Size;
-use polyreel::options::{Colour, Edges, Method, Options, Points, Quality};
+use polyreel::options::{Colour, Edges, Length, Method, Options, Points, Quality};
 use polyreel::refine::RefineOptions;
 
 use super::keys::{Look, Way};
@@ -73,12 +73,12 @@ pub(super) fn changed(
             let (width, there) = (options.outline_width, options.outline.is_some());
             (options.outline, options.outline_width) = match way {
                 Way::Up if !there => (Some(outline), width),
-                Way::Up => (options.outline, (width + 1).min(32)),
-                Way::Down if width == 1 => (None, width),
-                Way::Down => (options.outline, width - 1),
+                Way::Up => (options.outline, wider(width, 1.0)),
+                Way::Down if wider(width, -1.0) == width => (None, width),
+                Way::Down => (options.outline, wider(width, -1.0)),
             };
             match options.outline {
-                Some(_) => format!("outline {} px", options.outline_width),
+                Some(_) => format!("outline width {}", options.outline_width),
                 None => "outline off".to_owned(),
             }
         }
@@ -112,6 +112,16 @@ fn tenth(way: Way) -> f64 {
 /// `value` after a `step` of some tenths, 0 to `most`. Whole steps: 0.1 ten times over is 1.
 fn stepped(value: f64, step: f64, most: f64) -> f64 {
     ((value + step) * 10.0).round().clamp(0.0, most * 10.0) / 10.0
+}
+
+/// A width that is `steps` pixels, or thousandths of the shorter side, wider; at least one.
+fn wider(width: Length, steps: f64) -> Length {
+    match width {
+        Length::Pixels(pixels) => Length::Pixels((pixels + steps).clamp(1.0, 32.0)),
+        Length::Share(share) => {
+            Length::Share((1000.0 * share + steps).round().clamp(1.0, 30.0) / 1000.0)
+        }
+    }
 }
 
 fn refined(steps: u32, way: Way) -> u32 {

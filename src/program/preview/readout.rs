@@ -74,13 +74,13 @@ fn time(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use polyreel::options::Colour;
+    use polyreel::options::{Colour, Length};
 
     #[test]
     fn the_look_is_in_the_bar() {
         let options = Options {
             outline: Some(Colour([255, 0, 0, 255])),
-            outline_width: 2,
+            outline_width: Length::Pixels(2.0),
             seed: 5,
             ..Options::default()
         };

@@ -512,7 +512,7 @@ function graded({ saturation, wash }) {
     const grey = (4899 * colours[i] + 9617 * colours[i + 1] + 1868 * colours[i + 2] + 8192) >> 14;
     for (let c = i; c < i + 3 && colours[i + 3]; c++) {
       const vivid = Math.min(255, Math.max(0, grey + saturation * (colours[c] - grey)));
-      colours[c] = Math.round(vivid + wash * (255 - vivid));
+      colours[c] = Math.round(255 * (vivid / 255) ** (1 - wash));
     }
   }
   return colours;

@@ -105,8 +105,8 @@ fn an_outline_has_the_colour_that_was_asked_for() {
         folder.open("out.png").pixels().filter(|pixel| pixel.0 == colour).count()
     };
     assert_eq!(count("", [0, 0, 0, 255]), 0);
-    assert!(count("--outline", [0, 0, 0, 255]) > 60);
-    assert!(count("--outline=#12ab34", [0x12, 0xab, 0x34, 255]) > 60);
+    assert!(count("--outline --outline-width 3", [0, 0, 0, 255]) > 60);
+    assert!(count("--outline=#12ab34 --outline-width 5%", [0x12, 0xab, 0x34, 255]) > 60);
 }
 
 #[test]

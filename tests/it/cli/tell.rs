@@ -145,7 +145,7 @@ fn errors(folder: &Folder) -> Vec<f64> {
 fn inspect_tells_how_refinement_converged() {
     let folder = Folder::new();
     folder.still("in.png", 120, 80);
-    for (options, steps) in [("--refine 3", 3..4), ("", 5..6), ("--quality best", 6..61)] {
+    for (options, steps) in [("--refine 3", 3..4), ("--quality normal", 5..6), ("", 6..61)] {
         folder.run(&format!("inspect in.png -o stages -y {options}")).success();
         let errors = errors(&folder);
         assert!(steps.contains(&(errors.len() - 1)), "{options}: {errors:?}");

@@ -17,12 +17,19 @@ pub mod slic;
 pub mod smooth;
 
 use crate::frame::Frame;
-use crate::options::{Look, Options};
+use crate::geom::Size;
+use crate::options::{Look, Options, Points, Quality};
 use crate::plane::Plane;
 use change::{Change, Watcher};
 use mask::Mask;
 use region::{Picks, Regions};
 use smooth::smooth;
+
+/// Level one looks at no more pixels than that for a seed, and than [`ENOUGH`].
+const PIXELS_A_POINT: usize = 160;
+
+/// Pixels that level one looks at in any case: 512 x 512.
+const ENOUGH: usize = 1 << 18;
 
 /// The result of level one for a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,7 +101,21 @@ impl Extractor {
 
     /// The features of `frame`, independent of earlier frames.
     pub fn features(&self, frame: &Frame) -> Features {
+        if self.is_enough_at_half(frame.size()) {
+            return half::features(self, frame);
+        }
         front::features(self, frame)
+    }
+
+    /// Whether half the width and height of a frame of `size` have more than enough feature points to choose from.
+    /// Large pictures take no longer then, and have the features of small ones. Without refinement, as in the paper,
+    /// the features decide all.
+    fn is_enough_at_half(&self, size: Size) -> bool {
+        let Options { points, quality, .. } = self.options;
+        if points == Points::Auto || quality == Quality::Draft {
+            return false;
+        }
+        size.pixels() / 4 >= (PIXELS_A_POINT * points.target(size)).max(ENOUGH)
     }
 
     /// The colour regions that [`Extractor::extract`] would find in `frame`.

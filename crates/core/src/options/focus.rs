@@ -33,8 +33,13 @@ pub struct Spot {
     pub radius: Length,
 }
 
-/// A length in pixels, or a share of a side.
+/// A length in pixels (`3`, `3px`), or a share of a side (`0.3%`).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(try_from = "WrittenLength", into = "WrittenLength")
+)]
 pub enum Length {
     /// Pixels.
     Pixels(f64),
@@ -66,7 +71,7 @@ impl Length {
         let text = text.trim();
         let (number, share) = match text.strip_suffix('%') {
             Some(number) => (number, true),
-            None => (text, false),
+            None => (text.strip_suffix("px").unwrap_or(text), false),
         };
         let number: f64 = number.trim().parse().ok().filter(|v: &f64| v.is_finite())?;
         Some(if share { Self::Share(number / 100.0) } else { Self::Pixels(number) })
@@ -79,6 +84,53 @@ impl std::fmt::Display for Length {
             Self::Pixels(pixels) => write!(f, "{pixels}"),
             // Six digits hide the binary rounding of per cent.
             Self::Share(share) => write!(f, "{}%", (share * 1e8).round() / 1e6),
+        }
+    }
+}
+
+impl std::str::FromStr for Length {
+    type Err = Error;
+    fn from_str(text: &str) -> Result<Self> {
+        Self::parse(text).ok_or_else(|| {
+            Error::options(format!(
+                "'{text}' is no length: write pixels (3, 3px) or a share (0.3%)"
+            ))
+        })
+    }
+}
+
+/// The forms in a preset: pixels need no quotes.
+#[cfg(feature = "serde")]
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(untagged, expecting = "pixels (3) or a share (\"0.3%\")")]
+enum WrittenLength {
+    Whole(u32),
+    Pixels(f64),
+    Text(String),
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<WrittenLength> for Length {
+    type Error = Error;
+    fn try_from(written: WrittenLength) -> Result<Self> {
+        match written {
+            WrittenLength::Whole(pixels) => Ok(Self::Pixels(f64::from(pixels))),
+            WrittenLength::Pixels(pixels) => Ok(Self::Pixels(pixels)),
+            WrittenLength::Text(text) => text.parse(),
+        }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Length> for WrittenLength {
+    fn from(length: Length) -> Self {
+        match length {
+            // A whole number stays one in the file.
+            Length::Pixels(p) if p.fract() == 0.0 && (0.0..1e9).contains(&p) => {
+                Self::Whole(p as u32)
+            }
+            Length::Pixels(pixels) => Self::Pixels(pixels),
+            Length::Share(_) => Self::Text(length.to_string()),
         }
     }
 }

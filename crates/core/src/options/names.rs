@@ -90,13 +90,15 @@ named! {
 
 named! {
     /// How much work goes into refinement, where [`super::Options::refine`] gives no number of steps. In rising
-    /// order.
+    /// order after the first.
     #[derive(Default)]
     pub enum Quality {
+        /// The best of a still, normal of frames of a stream.
+        #[default]
+        Auto = "auto",
         /// No refinement.
         Draft = "draft",
         /// Most of the gain for a third of the time.
-        #[default]
         Normal = "normal",
         /// Until nothing is left to gain.
         Best = "best",

@@ -1,6 +1,7 @@
 //! Presets: named options.
 
-use super::{Colour, Edges, Options, Points, Quality};
+use super::points::PAPER_SHARE;
+use super::{Colour, Duotone, Edges, Length, Options, Palette, Points, Quality, Shape};
 use crate::error::{Error, Result};
 
 /// A named set of options.
@@ -13,8 +14,8 @@ pub struct Preset {
     make: fn() -> Options,
 }
 
-/// All presets, in the order of lists.
-pub const PRESETS: [Preset; 6] = [
+/// All presets, in the order of lists: new ones at the end, as hosts know them by their place.
+pub const PRESETS: [Preset; 15] = [
     Preset {
         name: "paper",
         about: "the paper to the letter: no smoothing, no refinement, each frame alone",
@@ -24,62 +25,161 @@ pub const PRESETS: [Preset; 6] = [
     Preset { name: "fine", about: "many small triangles, close to the picture", make: fine },
     Preset {
         name: "sketch",
-        about: "pencil lines where colours change, on a pale wash",
+        about: "ink lines where colours change, on a pale wash",
         make: sketch,
     },
-    Preset {
-        name: "stained-glass",
-        about: "glowing panes, dark leading where colours meet",
-        make: stained_glass,
-    },
+    Preset { name: "stained-glass", about: "glowing panes in dark lead", make: stained_glass },
     Preset { name: "crystal", about: "cut facets with fine bright seams", make: crystal },
+    Preset {
+        name: "low-poly",
+        about: "the default: facets that are seen, in the source's colours",
+        make: Options::default,
+    },
+    Preset {
+        name: "faithful",
+        about: "the paper's number of points, refined: close to the source",
+        make: faithful,
+    },
+    Preset { name: "poster", about: "large shapes in eight colours", make: poster },
+    Preset { name: "neon", about: "a glowing wireframe in the dark", make: neon },
+    Preset { name: "paper-cut", about: "layers of coloured paper with soft rims", make: paper_cut },
+    Preset { name: "riso", about: "two inks on warm paper", make: riso },
+    Preset { name: "pastel", about: "soft chalky facets of even size", make: pastel },
+    Preset { name: "mosaic", about: "tiles in pale grout", make: mosaic },
+    Preset { name: "noir", about: "black and white, large facets, hard light", make: noir },
 ];
 
+fn opaque(r: u8, g: u8, b: u8) -> Colour {
+    Colour([r, g, b, 255])
+}
+
 fn bold() -> Options {
-    Options {
-        points: Points::Share(0.0015),
-        quality: Quality::Best,
-        saturation: 1.35,
-        ..Options::default()
-    }
+    Options { points: Points::Scaled(400), chroma: 1.45, contrast: 1.12, ..Options::default() }
 }
 
 fn fine() -> Options {
-    Options { points: Points::Share(0.025), regularity: 0.4, ..Options::default() }
+    Options { points: Points::Scaled(6000), regularity: 0.4, ..Options::default() }
+}
+
+fn faithful() -> Options {
+    Options { points: Points::Share(PAPER_SHARE), quality: Quality::Normal, ..Options::default() }
 }
 
 fn sketch() -> Options {
     Options {
-        points: Points::Share(0.006),
-        quality: Quality::Best,
-        outline: Some(Colour([46, 42, 51, 255])),
-        outline_contrast: 26,
-        saturation: 0.9,
-        wash: 0.62,
+        points: Points::Scaled(2200),
+        outline: Some(opaque(38, 34, 44)),
+        outline_width: Length::Share(0.0013),
+        outline_contrast: 28,
+        chroma: 0.9,
+        wash: 0.5,
         ..Options::default()
     }
 }
 
 fn stained_glass() -> Options {
     Options {
-        points: Points::Share(0.001),
-        quality: Quality::Best,
-        outline: Some(Colour([18, 14, 16, 255])),
-        outline_width: 4,
-        outline_contrast: 22,
-        saturation: 1.7,
+        points: Points::Scaled(500),
+        shape: Shape::Polygons,
+        outline: Some(opaque(18, 14, 16)),
+        outline_width: Length::Share(0.004),
+        chroma: 1.6,
+        contrast: 1.05,
         ..Options::default()
     }
 }
 
 fn crystal() -> Options {
     Options {
-        points: Points::Share(0.002),
-        quality: Quality::Best,
+        points: Points::Scaled(900),
         regularity: 0.8,
-        outline: Some(Colour([255; 4])),
-        outline_contrast: 6,
-        saturation: 1.2,
+        outline: Some(opaque(255, 255, 255)),
+        outline_width: Length::Share(0.0014),
+        outline_opacity: 0.4,
+        outline_tint: 0.35,
+        chroma: 1.35,
+        contrast: 1.05,
+        ..Options::default()
+    }
+}
+
+fn poster() -> Options {
+    Options {
+        points: Points::Scaled(900),
+        shape: Shape::Polygons,
+        palette: Some(Palette::Learned(8)),
+        chroma: 1.5,
+        contrast: 1.2,
+        ..Options::default()
+    }
+}
+
+fn neon() -> Options {
+    Options {
+        points: Points::Scaled(1000),
+        duotone: Some(Duotone { dark: opaque(6, 5, 18), light: opaque(70, 24, 110) }),
+        outline: Some(opaque(60, 240, 255)),
+        outline_width: Length::Share(0.002),
+        outline_contrast: 18,
+        ..Options::default()
+    }
+}
+
+fn paper_cut() -> Options {
+    Options {
+        points: Points::Scaled(450),
+        shape: Shape::Polygons,
+        regularity: 0.7,
+        palette: Some(Palette::Learned(14)),
+        outline: Some(opaque(20, 16, 24)),
+        outline_width: Length::Share(0.008),
+        outline_opacity: 0.3,
+        outline_tint: 0.35,
+        chroma: 1.2,
+        ..Options::default()
+    }
+}
+
+fn riso() -> Options {
+    Options {
+        points: Points::Scaled(900),
+        duotone: Some(Duotone { dark: opaque(38, 52, 140), light: opaque(255, 232, 214) }),
+        contrast: 1.35,
+        palette: Some(Palette::Learned(6)),
+        ..Options::default()
+    }
+}
+
+fn pastel() -> Options {
+    Options {
+        points: Points::Scaled(800),
+        regularity: 0.85,
+        outline: Some(opaque(255, 255, 255)),
+        outline_width: Length::Share(0.002),
+        outline_opacity: 0.45,
+        chroma: 0.85,
+        wash: 0.5,
+        ..Options::default()
+    }
+}
+
+fn mosaic() -> Options {
+    Options {
+        points: Points::Scaled(1000),
+        regularity: 0.8,
+        shape: Shape::Voronoi,
+        outline: Some(opaque(236, 230, 218)),
+        outline_width: Length::Share(0.0018),
+        chroma: 1.25,
+        ..Options::default()
+    }
+}
+
+fn noir() -> Options {
+    Options {
+        points: Points::Scaled(600),
+        duotone: Some(Duotone { dark: opaque(8, 8, 12), light: opaque(250, 248, 242) }),
+        contrast: 1.5,
         ..Options::default()
     }
 }
@@ -88,6 +188,7 @@ impl Options {
     /// The settings of the paper: no smoothing, no refinement, no coherence, hard edges.
     pub fn paper() -> Self {
         Self {
+            points: Points::Share(PAPER_SHARE),
             smoothing: 0,
             interval: 5,
             quality: Quality::Draft,

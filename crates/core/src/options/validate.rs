@@ -1,6 +1,6 @@
 //! The ranges of options.
 
-use super::{CellPercentiles, FillMode, Options, Points, Shape, Thresholds};
+use super::{CellPercentiles, FillMode, Length, Options, Points, Shape, Thresholds};
 use crate::error::{Error, Result};
 
 impl Options {
@@ -10,7 +10,9 @@ impl Options {
     /// Names the first field out of range, its value and the range.
     pub fn validate(&self) -> Result<()> {
         match self.points {
-            Points::Count(0) => return Err(out_of_range("points", 0, "at least 1")),
+            Points::Count(0) | Points::Scaled(0) => {
+                return Err(out_of_range("points", 0, "at least 1"));
+            }
             Points::Auto if self.error.is_none() => {
                 return Err(Error::options(
                     "points can only be auto together with an error to reach, such as psnr:30 or ssim:0.8",
@@ -32,6 +34,8 @@ impl Options {
             ("regularity", self.regularity),
             ("interior", self.interior),
             ("wash", self.wash),
+            ("outline-opacity", self.outline_opacity),
+            ("outline-tint", self.outline_tint),
         ] {
             if !(0.0..=1.0).contains(&value) {
                 return Err(out_of_range(name, value, "0 to 1"));
@@ -62,7 +66,14 @@ impl Options {
                 "a picture without fill has no likeness: leave out error, or fill",
             ));
         }
-        check_range("outline-width", self.outline_width, 1, 32)?;
+        let is_wide = match self.outline_width {
+            Length::Pixels(pixels) => pixels > 0.0 && pixels <= 256.0,
+            Length::Share(share) => share > 0.0 && share <= 0.1,
+        };
+        if !is_wide {
+            let range = "above 0 and at most 256 pixels, or 10% of the shorter side";
+            return Err(out_of_range("outline-width", self.outline_width, range));
+        }
         check_range("outline-contrast", self.outline_contrast, 0, 255)?;
         check_range("refine", self.refine.unwrap_or(0), 0, 1000)?;
         if let Some(target) = self.error.filter(|target| !target.is_sound()) {

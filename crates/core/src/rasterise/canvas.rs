@@ -6,7 +6,9 @@ use super::Painting;
 use super::antialias::AntialiasFilter;
 use super::grade::Grade;
 use super::gradient::{self, Gradient};
+use super::lines::Lines;
 use super::planar::{self, PlaneScratches};
+use super::strokes;
 use super::style::Style;
 use crate::colour::{Form, Planes};
 use crate::frame::{Buffers, Fill, Frame, Rgba};
@@ -25,6 +27,8 @@ pub(super) struct Canvas {
     bands: Bands,
     scratches: PlaneScratches,
     filter: AntialiasFilter,
+    lines: Lines,
+    pub(super) coherence: f64,
 }
 
 /// A request for the residual, with the opaque frame to compare with.
@@ -37,6 +41,11 @@ enum Painted {
 }
 
 impl Canvas {
+    /// A canvas whose lines hold to those of the frame before.
+    pub(super) fn with_coherence(coherence: f64) -> Self {
+        Self { coherence, ..Self::default() }
+    }
+
     /// Paints `mesh` in the colours of `fills`, or with gradients that have those at their centres. Calls `send` with
     /// the residual, if there is a `request`, as soon as it is known.
     pub(super) fn paint(
@@ -94,7 +103,8 @@ impl Canvas {
         if smooth {
             self.filter.pixels(&mut pixels, width, opaque);
         }
-        fills.extend(style.draw(&mut pixels, mesh, &colours));
+        let lines = self.draw_lines(&mut pixels, mesh, (style, &colours), &fills);
+        fills.extend(lines);
         let opaque = fills.iter().all(|fill| fill.colour[3] == 255);
         let frame =
             Frame::known(mesh.size, pixels, opaque).expect("as many pixels as the mesh covers");
@@ -118,7 +128,7 @@ impl Canvas {
         }
         let mut held = fills;
         grade.apply(&mut held);
-        let lines = style.draw(&mut pixels, mesh, colours);
+        let lines = self.draw_lines(&mut pixels, mesh, (style, colours), &held);
         let opaque = opaque && lines.iter().all(|fill| fill.colour[3] == 255);
         let mut within = gradient::fills(mesh, &held, gradients);
         grade.apply(&mut within);
@@ -127,6 +137,25 @@ impl Canvas {
         let frame =
             Frame::known(mesh.size, pixels, opaque).expect("as many pixels as the mesh covers");
         Painting { frame, fills: held }
+    }
+
+    /// Draws the lines; `colours` are those of the triangles before grading, which `fills` have behind them. Returns
+    /// the fills of the lines.
+    fn draw_lines(
+        &mut self,
+        pixels: &mut [Rgba],
+        mesh: &Mesh,
+        (style, colours): (&Style, &[Rgba]),
+        fills: &[Fill],
+    ) -> Vec<Fill> {
+        if style.outline.is_none() {
+            return Vec::new();
+        }
+        let graded: Vec<_> = fills.iter().map(|fill| fill.colour).collect();
+        let drawn = self.lines.of(style, mesh, (colours, &graded), self.coherence);
+        let width = style.width(mesh.size);
+        strokes::draw(pixels, mesh.size, width, &drawn, style.edges == Edges::Hard);
+        strokes::fills(&drawn, width)
     }
 
     /// Paints in the form of the frame, pixels or planes, and computes the residual, if there is a `request`.

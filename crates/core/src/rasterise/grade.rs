@@ -176,8 +176,8 @@ impl Grade {
         for channel in &mut colour[..3] {
             let vivid = grey + self.saturation * (f64::from(*channel) - grey);
             let vivid = vivid.clamp(0.0, 255.0);
-            // The cast takes whole numbers within 0..=255.
-            *channel = (vivid + self.wash * (255.0 - vivid)).round() as u8;
+            // The cast takes whole numbers within 0..=255. Black stays black: water thins paint, it does not veil it.
+            *channel = (255.0 * (vivid / 255.0).powf(1.0 - self.wash)).round() as u8;
         }
         colour
     }

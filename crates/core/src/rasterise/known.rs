@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use super::lines::{mean, tinted};
 use super::style::Style;
-use super::{Painter, Painting};
+use super::{Grade, Painter, Painting};
 use crate::draw::sides;
 use crate::frame::{Fill, Rgba};
 use crate::mesh::Mesh;
@@ -31,19 +32,46 @@ impl Painter {
     }
 }
 
-/// The edges of `mesh` along which `options` have lines drawn, each once, by the colours of the lines, the most opaque
+/// Lines of one look.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outlined {
+    /// Their colour, and the opacity of what they run along.
+    pub colour: Rgba,
+    /// How strongly they are drawn over it, above 0 and at most 1.
+    pub strength: f64,
+    /// The mesh's edges, by the numbers of their vertices.
+    pub edges: Vec<[u32; 2]>,
+}
+
+/// Strengths are told in so many steps, so that lines of one look are few groups.
+const STRENGTHS: u32 = 8;
+
+/// The edges of `mesh` along which `options` have lines drawn, each once, by the looks of the lines, the most opaque
 /// last: all edges, or those between colours that differ enough, but none between triangles that are both transparent.
 /// A line is as opaque as the more opaque of its sides. `colours` are those before they are graded.
-pub fn outlined(mesh: &Mesh, colours: &[Rgba], options: &Options) -> Vec<(Rgba, Vec<[u32; 2]>)> {
+pub fn outlined(mesh: &Mesh, colours: &[Rgba], options: &Options) -> Vec<Outlined> {
     let Some(outline) = options.line_colour() else { return Vec::new() };
     let style = Style::of(options);
-    let mut lines: BTreeMap<u8, (Rgba, Vec<[u32; 2]>)> = BTreeMap::new();
+    let mut lines: BTreeMap<(u8, u32, Rgba), Outlined> = BTreeMap::new();
     let all = sides(mesh);
+    let graded = Grade::of(options).graded(mesh, if style.tint > 0.0 { colours } else { &[] });
     for edge in all.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
         let colour = |side: &(u32, u32, u32)| colours[side.2 as usize];
-        if let Some(line) = style.line(outline.0, colour(&edge[0]), edge.get(1).map(colour)) {
-            let (_, edges) = lines.entry(line[3]).or_insert((line, Vec::new()));
-            edges.push([edge[0].0, edge[0].1]);
+        let Some((mut line, strength)) =
+            style.line(outline.0, colour(&edge[0]), edge.get(1).map(colour))
+        else {
+            continue;
+        };
+        if let (Some(here), there) = (graded.get(edge[0].2 as usize), edge.get(1)) {
+            let there = there.map_or(*here, |side| graded[side.2 as usize]);
+            line = tinted(line, mean(*here, there), style.tint);
+        }
+        let step = (u32::from(strength) * STRENGTHS + 127) / 255;
+        if step > 0 {
+            let strength = f64::from(step) / f64::from(STRENGTHS);
+            let new = Outlined { colour: line, strength, edges: Vec::new() };
+            let group = lines.entry((line[3], step, line)).or_insert(new);
+            group.edges.push([edge[0].0, edge[0].1]);
         }
     }
     lines.into_values().collect()
@@ -84,7 +112,7 @@ mod tests {
         let black = Some(Colour([0, 0, 0, 255]));
         let all = Options { outline: black, ..Options::default() };
         let count = |colours: &[Rgba], options: &Options| -> usize {
-            outlined(&mesh, colours, options).iter().map(|(_, edges)| edges.len()).sum()
+            outlined(&mesh, colours, options).iter().map(|lines| lines.edges.len()).sum()
         };
         let every = count(&colours, &all);
         // The number of edges follows from those of vertices and triangles (Euler's formula).
@@ -94,7 +122,8 @@ mod tests {
         let few = count(&colours, &some);
         assert!(few > 0 && few < every, "{few} of {every}");
         colours[0][3] = 100;
-        let shades: Vec<_> = outlined(&mesh, &colours, &all).iter().map(|line| line.0).collect();
+        let shades: Vec<_> =
+            outlined(&mesh, &colours, &all).iter().map(|line| line.colour).collect();
         assert!(shades.len() == 2 && shades[0][3] == 100 && shades[1][3] == 255, "{shades:?}");
         colours.iter_mut().for_each(|colour| colour[3] = 0);
         assert_eq!(count(&colours, &all), 0);

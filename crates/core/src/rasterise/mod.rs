@@ -8,10 +8,12 @@ mod gouraud;
 mod grade;
 mod gradient;
 mod known;
+mod lines;
 mod median;
 mod per_thread;
 mod planar;
 mod sparse;
+mod strokes;
 mod style;
 mod tally;
 
@@ -33,7 +35,7 @@ use style::Style;
 use tally::Tally;
 
 pub use grade::Grade;
-pub use known::outlined;
+pub use known::{Outlined, outlined};
 
 /// A painted mesh.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,7 +81,7 @@ impl Painter {
             coherence: options.coherence,
             colours: Colours::default(),
             panes: Panes::default(),
-            canvas: Canvas::default(),
+            canvas: Canvas::with_coherence(options.coherence),
         }
     }
 
@@ -106,6 +108,7 @@ impl Painter {
         self.style = Style::of(options);
         self.grade.retune(options);
         self.coherence = options.coherence;
+        self.canvas.coherence = options.coherence;
     }
 
     /// Paints the next frame, see [`rasterise`]. Calls `send` once, with the picture's residual if the `hints`

@@ -1,9 +1,9 @@
-//! Draws lines between colours.
+//! How lines look, and where they are.
 
-use crate::draw;
-use crate::frame::{Fill, Rgba};
-use crate::mesh::Mesh;
-use crate::options::{Edges, FillMode, Options, Shape};
+use super::lines::strength;
+use crate::frame::Rgba;
+use crate::geom::Size;
+use crate::options::{Edges, FillMode, Length, Options, Shape};
 
 /// How a mesh of known colours is painted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,10 +12,12 @@ pub(super) struct Style {
     pub(super) edges: Edges,
     /// Colour of the lines; `None` draws none.
     pub(super) outline: Option<Rgba>,
-    /// Pixels.
-    width: u32,
-    /// Lines are drawn between colours that differ by more.
+    width: Length,
+    /// The difference of colours between which a line has half its strength.
     contrast: u32,
+    opacity: f64,
+    /// How much of a line's colour is that of the facets.
+    pub(super) tint: f64,
     pub(super) fill: FillMode,
     pub(super) shape: Shape,
 }
@@ -29,51 +31,46 @@ impl Style {
     pub(super) fn of(options: &Options) -> Self {
         Self {
             edges: options.edges,
-            outline: options.line_colour().map(|colour| colour.0),
+            outline: options
+                .line_colour()
+                .filter(|_| options.outline_opacity > 0.0)
+                .map(|colour| colour.0),
             width: options.outline_width,
             contrast: options.outline_contrast,
+            opacity: options.outline_opacity,
+            tint: options.outline_tint,
             fill: options.fill,
             shape: options.shape,
         }
     }
 
-    /// Draws the lines on `pixels`; `colours` are those of the triangles before grading. Returns the fills of the
-    /// lines.
-    pub(super) fn draw(&self, pixels: &mut [Rgba], mesh: &Mesh, colours: &[Rgba]) -> Vec<Fill> {
-        let Some(colour) = self.outline else { return Vec::new() };
-        if self.shape != Shape::Triangles || colours.iter().any(|colour| colour[3] < 255) {
-            return draw::shaded_edges(pixels, mesh, self.width, |t, u| {
-                self.line(colour, colours[t as usize], u.map(|u| colours[u as usize]))
-            });
-        }
-        let area = if self.contrast == 0 {
-            draw::edges(pixels, mesh, colour, self.width)
-        } else {
-            draw::some_edges(pixels, mesh, colour, self.width, |t, u| {
-                difference(colours[t as usize], colours[u as usize]) > self.contrast
-            })
-        };
-        vec![Fill { colour, area }]
+    /// The width of lines on pictures of `size`, in pixels.
+    pub(super) fn width(&self, size: Size) -> f64 {
+        self.width.of(size.width.min(size.height))
     }
 
-    /// Whether a line runs between triangles of two colours, or between one and the frame's border. Triangles of one
+    /// The colour of the line of `outline` between triangles of two colours, or between one and the frame's border, and
+    /// its strength of 255; `None` for no line. Its opacity is the larger one of the triangles'. Triangles of one
     /// cell have one colour, see [`super::cells`].
-    pub(super) fn is_lined(&self, here: Rgba, there: Option<Rgba>) -> bool {
-        let is_all = self.contrast == 0;
-        there.map_or(is_all, |there| {
-            difference(here, there) > self.contrast || (is_all && self.shape == Shape::Triangles)
-        })
-    }
-
-    /// The colour of the line of `outline` between triangles of two colours, or between one and the frame's border;
-    /// `None` for no line. Its opacity is the larger one of the triangles'.
-    pub(super) fn line(&self, outline: Rgba, here: Rgba, there: Option<Rgba>) -> Option<Rgba> {
-        let wanted = self.is_lined(here, there);
+    pub(super) fn line(
+        &self,
+        outline: Rgba,
+        here: Rgba,
+        there: Option<Rgba>,
+    ) -> Option<(Rgba, u8)> {
+        let strength = match there {
+            Some(there) if here == there && self.shape != Shape::Triangles => return None,
+            Some(there) => strength(difference(here, there), self.contrast),
+            None if self.contrast == 0 => 255,
+            None => 0,
+        };
         let alpha = u32::from(here[3].max(there.map_or(0, |there| there[3])));
         let [r, g, b, a] = outline;
         // At most 255 * 255 / 255.
         let alpha = ((u32::from(a) * alpha + 127) / 255) as u8;
-        (wanted && alpha > 0).then_some([r, g, b, alpha])
+        // At most 255.
+        let strength = (f64::from(strength) * self.opacity).round() as u8;
+        (alpha > 0).then_some(([r, g, b, alpha], strength))
     }
 }
 

@@ -1,7 +1,7 @@
 //! How a mesh is refined, and how much.
 
 use crate::geom::Size;
-use crate::options::{Detail, Options, Quality, Steps};
+use crate::options::{Detail, Options, Quality, Shape, Steps};
 
 /// How to refine a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,6 +99,10 @@ impl RefineOptions {
 /// frames after it start from its mesh.
 const SHOT_STEPS: u32 = 4;
 
+/// Factors where more than a colour changes with the mesh: a line jumps with an edge, panes and cells with a triangle.
+const CALM_REPLACE: f64 = 0.3;
+const CALM_THRESHOLD: f64 = 4.0;
+
 /// Pixels of a frame, 1280 x 720, that gets [`RefineOptions::live`]'s steps at the normal quality, as larger
 /// ones do. Smaller ones get more, in the same time.
 const LIVE_PIXELS: f64 = 1280.0 * 720.0;
@@ -117,7 +121,8 @@ impl RefineOptions {
         let adopts = plan.passes() == 0 && options.coherence > 0.0;
         let unrefined = if adopts { Unrefined::Adopt } else { Unrefined::Forget };
         let planes = options.fill.is_gradient();
-        Self { regularity: options.regularity, unrefined, planes, ..plan }
+        let replace = plan.replace * (1.0 - options.evenness());
+        Self { regularity: options.regularity, replace, unrefined, planes, ..plan }
     }
 
     /// The plan for a mesh that comes from the frame before, of `size`: a few steps, fewer changes and only
@@ -125,14 +130,26 @@ impl RefineOptions {
     pub fn next(options: &Options, size: Size) -> Self {
         let steps = Self::live_steps(options, size);
         let planes = options.fill.is_gradient();
-        Self { steps, regularity: options.regularity, planes, ..Self::live() }
+        let live = Self::live();
+        let mut replace = live.replace * (1.0 - options.evenness());
+        let mut threshold = live.threshold;
+        if options.line_colour().is_some() || options.shape != Shape::Triangles {
+            replace *= CALM_REPLACE;
+            threshold *= CALM_THRESHOLD;
+        }
+        Self { steps, regularity: options.regularity, replace, threshold, planes, ..live }
     }
 
     /// The plan for a frame of `size` that has nothing to do with the one before it, of a video whose frames
     /// are all alone: at most as many steps as those of one whose mesh lives on. So what a video takes hardly
     /// depends on coherence, and flicker only falls with it.
     pub fn alone(options: &Options, size: Size) -> Self {
-        let plan = Self::fresh(options);
+        // Nothing of a stream is a still.
+        let quality = match options.quality {
+            Quality::Auto => Quality::Normal,
+            quality => quality,
+        };
+        let plan = Self::fresh(&Options { quality, ..options.clone() });
         Self { steps: plan.steps.min(Self::live_steps(options, size)), ..plan }
     }
 
@@ -158,6 +175,9 @@ impl RefineOptions {
                 Self { steps: steps.max(SHOT_STEPS), ..Self::normal() }
             }
             (Some(steps), _) => Self { steps, ..Self::normal() },
+            // What holds to the frame before is no still.
+            (None, Quality::Auto) if options.coherence > 0.0 => Self::normal(),
+            (None, Quality::Auto) => Self::best(),
             (None, Quality::Normal) => Self::normal(),
             (None, Quality::Best) => Self::best(),
         }
@@ -170,7 +190,7 @@ impl RefineOptions {
         let normal = (f64::from(steps) * room).clamp(f64::from(steps), MOST_LIVE) as u32;
         options.refine.unwrap_or(match options.quality {
             Quality::Draft => 0,
-            Quality::Normal => normal,
+            Quality::Auto | Quality::Normal => normal,
             Quality::Best => 2 * normal,
         })
     }

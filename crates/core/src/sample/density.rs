@@ -91,6 +91,12 @@ impl Binned {
         }
     }
 
+    /// Draws the quotas of all cells towards their mean: 0 not at all, 1 all the way.
+    pub(crate) fn even_out(&mut self, share: f64) {
+        let mean = self.quotas.iter().sum::<f64>() / self.quotas.len().max(1) as f64;
+        self.quotas.iter_mut().for_each(|quota| *quota += share * (mean - *quota));
+    }
+
     fn held(&self, cell: usize) -> usize {
         (self.starts[cell + 1] - self.starts[cell]) as usize
     }

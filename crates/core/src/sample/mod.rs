@@ -252,6 +252,7 @@ impl Sampler {
 
     fn binned(&self, features: &Features, grid: &HexGrid) -> Binned {
         let mut binned = Binned::new(&features.candidates, grid, &self.quota(), self.options.seed);
+        binned.even_out(self.options.evenness());
         if let Some(focus) = &self.focus {
             binned.weigh(grid, focus);
         }

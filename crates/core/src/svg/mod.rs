@@ -45,7 +45,8 @@ impl Seams {
     }
 }
 
-/// Lines between facets. Where they are not opaque, what lies below them does not show through.
+/// Lines between facets. Where their colour is not opaque, what lies below them does not show through; where they are
+/// not strong, it does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lines<'a> {
     /// The mesh's edges that are drawn, by the numbers of their vertices.
@@ -54,6 +55,8 @@ pub struct Lines<'a> {
     pub colour: Rgba,
     /// Their width in pixels.
     pub width: f64,
+    /// How strongly they are drawn over what lies below them, 0 to 1.
+    pub strength: f64,
 }
 
 /// How a mesh is written.
@@ -131,7 +134,9 @@ impl Document {
                  width=\"{w}\" height=\"{h}\">\n<path fill=\"#fff\" d=\"m-{units}-{units}h{w}v{h}h-{w}z\"/>"
             );
             for line in lines {
-                self.lines(mesh, "", &Lines { colour: [0, 0, 0, 255], ..*line });
+                if line.colour[3] < 255 {
+                    self.lines(mesh, "", &Lines { colour: [0, 0, 0, 255], strength: 1.0, ..*line });
+                }
             }
             let _ = writeln!(self.text, "</mask>\n<g mask=\"url(#beside-lines-{id})\">");
         }
@@ -207,8 +212,9 @@ impl Document {
             "<g{id} fill=\"none\" stroke=\"#{r:02x}{g:02x}{b:02x}\" stroke-width=\"{width}\" \
              stroke-linecap=\"round\" stroke-linejoin=\"round\""
         );
-        if a < 255 {
-            let _ = write!(self.text, " opacity=\"{}\"", path::decimal(f64::from(a) / 255.0, 3));
+        let opacity = f64::from(a) / 255.0 * lines.strength;
+        if opacity < 1.0 {
+            let _ = write!(self.text, " opacity=\"{}\"", path::decimal(opacity, 3));
         }
         let data = lines::path(&vertices, lines.edges);
         let _ = writeln!(self.text, ">\n<path d=\"{}\"/>\n</g>", data.text());

@@ -195,7 +195,7 @@ fn lines_and_titles_are_written() {
         .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
         .filter(|[a, b]| a < b)
         .collect();
-    let lines = Lines { edges: &edges, colour: [255, 0, 0, 255], width: 2.0 };
+    let lines = Lines { edges: &edges, colour: [255, 0, 0, 255], width: 2.0, strength: 1.0 };
     let options = SvgOptions { title: "a < b & c\u{1}", lines: &[lines], ..SvgOptions::default() };
     let svg = to_svg(&mesh, &colours(&mesh, &frame), &options);
     assert!(svg.contains("<title>a &lt; b &amp; c</title>"), "{svg}");
@@ -211,7 +211,7 @@ fn lines_that_are_not_opaque_are_as_opaque_as_asked() {
     let colours = colours(&mesh, &frame);
     let edges: Vec<[u32; 2]> =
         mesh.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
-    let lines = [Lines { edges: &edges, colour: [255, 0, 0, 100], width: 5.0 }];
+    let lines = [Lines { edges: &edges, colour: [255, 0, 0, 100], width: 5.0, strength: 1.0 }];
     let options = SvgOptions { lines: &lines, ..SvgOptions::default() };
     let (_, pixels) = drawn(&to_svg(&mesh, &colours, &options), 1.0, [0; 4]);
     // As the rasteriser has it: the line stands in place of the facets.
