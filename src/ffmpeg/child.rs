@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::ffi::OsString;
 use std::io::{self, Read};
 use std::path::Path;
-use std::process::{ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus};
+use std::process::{ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -57,7 +57,19 @@ impl Child {
     /// # Errors
     /// When it cannot be started; for a missing program the message says how to get it.
     pub(crate) fn ffmpeg(ffmpeg: &Ffmpeg, args: &[OsString]) -> Result<Self, FfmpegError> {
-        Self::spawn(&ffmpeg.ffmpeg(), args, &ffmpeg.processes)
+        Self::spawn(&ffmpeg.ffmpeg(), args, None, &ffmpeg.processes)
+    }
+
+    /// The same with `stdout` as its standard output.
+    ///
+    /// # Errors
+    /// As [`Child::ffmpeg`].
+    pub(crate) fn ffmpeg_to(
+        stdout: Stdio,
+        ffmpeg: &Ffmpeg,
+        args: &[OsString],
+    ) -> Result<Self, FfmpegError> {
+        Self::spawn(&ffmpeg.ffmpeg(), args, Some(stdout), &ffmpeg.processes)
     }
 
     /// Starts ffprobe with `args`.
@@ -65,7 +77,7 @@ impl Child {
     /// # Errors
     /// As [`Child::ffmpeg`].
     pub(crate) fn ffprobe(ffmpeg: &Ffmpeg, args: &[OsString]) -> Result<Self, FfmpegError> {
-        Self::spawn(&ffmpeg.ffprobe(), args, &ffmpeg.processes)
+        Self::spawn(&ffmpeg.ffprobe(), args, None, &ffmpeg.processes)
     }
 
     /// Starts `program`, all three pipes ours, in a process group of its own: a Ctrl-C in the
@@ -73,6 +85,7 @@ impl Child {
     fn spawn(
         program: &Path,
         args: &[OsString],
+        stdout: Option<Stdio>,
         processes: &Processes,
     ) -> Result<Self, FfmpegError> {
         let mut command = FfmpegCommand::new_with_path(program);
@@ -81,6 +94,9 @@ impl Child {
         // Spawned as a plain command: the crate's own `spawn` adds `-n`, which ffprobe does not know
         // and which would refuse an output that we have made room for.
         let mut command: Command = command.into();
+        if let Some(stdout) = stdout {
+            command.stdout(stdout);
+        }
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(&mut command, 0);
         spawn_patiently(&mut command, processes)
@@ -108,6 +124,12 @@ impl Child {
     /// Gives it a minute to go on: it waits for a network or a camera.
     pub(crate) fn be_patient(&self) {
         self.watch.patience.store(LONG_PATIENCE, Ordering::Relaxed);
+    }
+
+    /// Gives it all the time in the world: it waits for a reader who may pause.
+    pub(crate) fn wait_for_ever(&self) {
+        self.watch.patience.store(u32::MAX, Ordering::Relaxed);
+        self.watch.limit.store(u32::MAX, Ordering::Relaxed);
     }
 
     /// Lets other threads go first where there are not cores enough. To be called before it has threads

@@ -5,29 +5,23 @@ use std::path::Path;
 
 use crate::frame::Rational;
 
-/// A local file or a URL for ffmpeg: files get their protocol, so that a leading dash or a colon in a name has no
+pub(crate) use super::address::{is_camera, is_url};
+
+/// The name of standard input.
+pub(crate) const STANDARD: &str = "-";
+
+/// A local file, standard input or a URL for ffmpeg: files get their protocol, so that a leading dash or a colon in a name has no
 /// meaning.
 pub(crate) fn address(path: &Path) -> OsString {
     if is_url(path) || path.starts_with("/dev") {
         return path.into();
     }
+    if path == Path::new(STANDARD) {
+        return "pipe:0".into();
+    }
     let mut name = OsString::from("file:");
     name.push(path);
     name
-}
-
-/// Whether `path` is the address of a stream rather than of a file.
-pub(crate) fn is_url(path: &Path) -> bool {
-    path.to_str().is_some_and(|text| {
-        text.split_once("://").is_some_and(|(scheme, _)| {
-            !scheme.is_empty() && scheme.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'+')
-        })
-    })
-}
-
-/// Whether `path` is a camera.
-pub(crate) fn is_camera(path: &Path) -> bool {
-    path.to_str().is_some_and(|text| text.starts_with("/dev/video"))
 }
 
 /// A command line in parts of any kind of text.

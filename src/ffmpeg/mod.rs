@@ -1,12 +1,15 @@
 //! ffmpeg and ffprobe as child processes: finding, starting, watching and ending them, and the streams to and from
 //! them.
 
+mod address;
 #[cfg(feature = "ffmpeg")]
 pub(crate) mod child;
 #[cfg(feature = "ffmpeg")]
 pub(crate) mod command;
 #[cfg(feature = "ffmpeg")]
 mod failure;
+#[cfg(feature = "ffmpeg")]
+pub(crate) mod feed;
 #[cfg(feature = "ffmpeg")]
 mod fields;
 #[cfg(feature = "ffmpeg")]
@@ -26,12 +29,15 @@ mod programs;
 #[cfg(feature = "ffmpeg")]
 mod shape;
 #[cfg(feature = "ffmpeg")]
+pub(crate) mod side;
+#[cfg(feature = "ffmpeg")]
 mod times;
 #[cfg(feature = "ffmpeg")]
 pub(crate) mod tracks;
 #[cfg(feature = "ffmpeg")]
 mod watch;
 
+pub(crate) use address::{is_camera, is_url};
 #[cfg(feature = "ffmpeg")]
 pub use failure::FfmpegError;
 #[cfg(feature = "ffmpeg")]

@@ -10,14 +10,15 @@ use crate::colour::{Coding, Layout, Siting};
 use crate::error::{Error, Result};
 use crate::ffmpeg::Ffmpeg;
 use crate::ffmpeg::child::Child;
-use crate::ffmpeg::command::{address, arguments, is_camera, is_url};
+use crate::ffmpeg::command::{STANDARD, address, arguments, is_camera, is_url};
+use crate::ffmpeg::feed::PipedInput;
 use crate::ffmpeg::fields::{decimal, fraction, text};
 use crate::ffmpeg::formats::{input_format, is_still, mending, restarts};
 use crate::ffmpeg::heif;
 use crate::ffmpeg::pixels::{alpha_decoder, pipe_format};
 use crate::ffmpeg::shape::{colorimetry, rate, rotation, shown_size, turning};
 use crate::ffmpeg::times::{begin, is_live, origin, promised_end, zero};
-use crate::ffmpeg::tracks::{Extras, alpha_stream, codec, extras, picture, streams};
+use crate::ffmpeg::tracks::{self, Extras, alpha_stream, codec, extras, picture, streams};
 use crate::frame::{Rational, check_size};
 use crate::geom::Size;
 use crate::stream::{Loops, StreamInfo};
@@ -28,10 +29,15 @@ const MAX_ANSWER: u64 = 4 << 20;
 /// The fields that ffprobe is asked for.
 const ENTRIES: &str = "stream=index,codec_name,codec_type,width,height,pix_fmt,sample_fmt,\
     sample_aspect_ratio,color_range,color_space,color_transfer,color_primaries,chroma_location,\
-    r_frame_rate,avg_frame_rate,time_base,start_pts,duration_ts,nb_frames,sample_rate,channels\
-    :stream_disposition=attached_pic,default:stream_tags\
+    field_order,r_frame_rate,avg_frame_rate,time_base,start_pts,duration_ts,nb_frames,sample_rate,channels\
+    :stream_disposition:stream_tags\
     :stream_side_data=rotation:format=format_name,start_time,duration,size:format_tags\
     :chapter=start_time,end_time:chapter_tags=title";
+
+/// The orders of fields, of interlaced frames.
+const INTERLACED: [&str; 4] = ["tt", "bb", "tb", "bt"];
+/// A frame of each frame that is marked as interlaced.
+const DEINTERLACE: &str = "bwdif=mode=send_frame:deint=interlaced,";
 
 /// The pixel format of the pipe from ffmpeg.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,21 +117,30 @@ pub(crate) struct Probed {
     pub(crate) info: StreamInfo,
     pub(crate) track: Track,
     pub(crate) sound: SoundTracks,
+    /// What was found, and what is done with it, in words.
+    pub(crate) notes: Vec<String>,
 }
 
 /// Asks ffprobe for [`ENTRIES`] of `path`.
 fn ask(path: &Path, ffmpeg: &Ffmpeg) -> Result<Value> {
-    run(path, ffmpeg, &[], ENTRIES)
+    run(path, None, ffmpeg, &[], ENTRIES)
 }
 
-/// Asks ffprobe for `entries` of `path`, with further options.
-fn run(path: &Path, ffmpeg: &Ffmpeg, options: &[&str], entries: &str) -> Result<Value> {
+/// Asks ffprobe for `entries` of `path`, or of the pipe `feed` of that name, with further options.
+fn run(
+    path: &Path,
+    feed: Option<&PipedInput>,
+    ffmpeg: &Ffmpeg,
+    options: &[&str],
+    entries: &str,
+) -> Result<Value> {
     let fail = |what: String| Error::input(path, what);
     let mut args = arguments([&"-v", &"level+error", &"-of", &"json"]);
     args.extend(options.iter().map(OsString::from));
     args.extend(arguments([&"-show_entries", &entries]));
-    args.extend(input_format(path));
-    args.extend([OsString::from("-i"), address(path)]);
+    let from = if feed.is_some() { Path::new(STANDARD) } else { path };
+    args.extend(input_format(from));
+    args.extend([OsString::from("-i"), address(from)]);
     let mut probe =
         Child::ffprobe(ffmpeg, &args).map_err(|error| fail(error.to_string()).caused_by(error))?;
     let from_network = is_url(path) || is_camera(path);
@@ -133,7 +148,15 @@ fn run(path: &Path, ffmpeg: &Ffmpeg, options: &[&str], entries: &str) -> Result<
         probe.be_patient();
     }
     let mut answer = String::new();
-    if let Some(stdout) = probe.stdout() {
+    let stdout = probe.stdout();
+    if let Some(feed) = feed
+        && let Some(stdin) = probe.stdin()
+    {
+        // Who writes to the pipe may take any time.
+        probe.wait_for_ever();
+        feed.probe(stdin).map_err(|error| Error::thread("pipe-probe", error))?;
+    }
+    if let Some(stdout) = stdout {
         stdout
             .take(MAX_ANSWER)
             .read_to_string(&mut answer)
@@ -149,7 +172,7 @@ fn run(path: &Path, ffmpeg: &Ffmpeg, options: &[&str], entries: &str) -> Result<
 
 /// The message for a `path` that ffprobe cannot read, with advice.
 fn unreadable(path: &Path, words: &str) -> String {
-    let heif = !is_url(path) && heif::read(path).is_some();
+    let heif = !is_url(path) && path.is_file() && heif::read(path).is_some();
     let help = if words.contains("not on whitelist") {
         "; it lists other files, which only a .m3u8, .mpd, .ffconcat or .sdp may do: rename it if you trust it"
     } else if heif {
@@ -163,19 +186,20 @@ fn unreadable(path: &Path, words: &str) -> String {
 const HEIF_HELP: &str = "; this ffmpeg does not know this kind of HEIC or AVIF: convert it first, for \
     instance by heif-dec IN.heic OUT.png (libheif)";
 
-/// Probes the video stream of `path` that ffmpeg would choose; cover pictures are ignored.
+/// Probes the video stream of `path`, or of the pipe `feed` of that name, that ffmpeg would choose; cover pictures are ignored.
 ///
 /// # Errors
 /// When ffprobe is missing, cannot read the file, or there is no video that we can work on.
-pub(crate) fn probe(path: &Path, ffmpeg: &Ffmpeg) -> Result<Probed> {
-    let answer = ask(path, ffmpeg)?;
+pub(crate) fn probe(path: &Path, feed: Option<&PipedInput>, ffmpeg: &Ffmpeg) -> Result<Probed> {
+    let answer = run(path, feed, ffmpeg, &[], ENTRIES)?;
     let stream = picture(&answer).ok_or_else(|| Error::input(path, "there is no video in it"))?;
     if text(&answer["format"], "format_name") == Some("tty") {
         // ffmpeg reads any text as ANSI art (its demuxer `tty`).
         return Err(Error::input(path, "is text, neither a picture nor a video"));
     }
     let container = text(&answer["format"], "format_name").unwrap_or("unknown");
-    let heif = if container.split(',').any(|name| name == "mp4") && !is_url(path) {
+    let is_file = feed.is_none() && !is_url(path);
+    let heif = if container.split(',').any(|name| name == "mp4") && is_file {
         heif::read(path)
     } else {
         None
@@ -195,6 +219,10 @@ pub(crate) fn probe(path: &Path, ffmpeg: &Ffmpeg) -> Result<Probed> {
         if heif.turns % 2 == 1 {
             size = Size::new(size.height, size.width);
         }
+    }
+    let fields = text(stream, "field_order").filter(|order| INTERLACED.contains(order));
+    if fields.is_some() && !still {
+        filters += DEINTERLACE;
     }
     check_size(size).map_err(|error| Error::input(path, error.to_string()))?;
     let codec = codec(stream);
@@ -258,13 +286,19 @@ pub(crate) fn probe(path: &Path, ffmpeg: &Ffmpeg) -> Result<Probed> {
         // Timestamps that may restart make the end unknown.
         end: end.filter(|_| sound.repair.is_none() && !still),
         // ffmpeg's names are mov,mp4,m4a,3gp,3g2,mj2 and matroska,webm.
-        has_index: !live && container.split(',').any(|name| matches!(name, "mp4" | "matroska")),
+        has_index: !live
+            && feed.is_none()
+            && container.split(',').any(|name| matches!(name, "mp4" | "matroska")),
         repair: sound.repair.clone(),
         still,
         filters,
         alpha: alpha_stream,
     };
-    Ok(Probed { info, track, sound })
+    let mut notes = tracks::in_words(&answer, index, &sound.extras);
+    if let Some(fields) = fields.filter(|_| !still) {
+        notes.push(format!("interlaced ({fields}): deinterlaced"));
+    }
+    Ok(Probed { info, track, sound, notes })
 }
 
 /// The sound of `path`, which need not have a picture.
@@ -294,7 +328,7 @@ fn sound_tracks(answer: &Value, index: Option<u64>) -> SoundTracks {
 /// When ffprobe is missing or cannot read the file.
 pub(crate) fn probe_packet(path: &Path, ffmpeg: &Ffmpeg) -> Result<bool> {
     let which = ["-select_streams", "v:0", "-read_intervals", "%+#1"];
-    let answer = run(path, ffmpeg, &which, "packet=size")?;
+    let answer = run(path, None, ffmpeg, &which, "packet=size")?;
     Ok(answer["packets"].as_array().is_some_and(|packets| !packets.is_empty()))
 }
 

@@ -17,6 +17,8 @@ pub(crate) struct MediaTrack {
     pub(crate) codec: String,
     /// Its language and title.
     pub(crate) metadata: Metadata,
+    /// What it is for, in ffmpeg's words: `default`, `forced`, `comment` ...
+    pub(crate) disposition: Vec<&'static str>,
 }
 
 /// A chapter, in seconds of our times.
@@ -40,6 +42,14 @@ pub(crate) struct Extras {
     pub(crate) metadata: Metadata,
 }
 
+impl Extras {
+    /// Forgets titles, languages, chapters and all other metadata.
+    pub(crate) fn forget(&mut self) {
+        (self.chapters, self.metadata) = (Vec::new(), Vec::new());
+        self.sound.iter_mut().chain(&mut self.subtitles).for_each(|track| track.metadata.clear());
+    }
+}
+
 /// The metadata keys that are kept; others belong to the container or the encoder.
 const KEPT: [&str; 14] = [
     "title",
@@ -56,6 +66,19 @@ const KEPT: [&str; 14] = [
     "show",
     "network",
     "keywords",
+];
+
+/// What a track may be for.
+const DISPOSITIONS: [&str; 9] = [
+    "default",
+    "dub",
+    "original",
+    "comment",
+    "lyrics",
+    "karaoke",
+    "forced",
+    "hearing_impaired",
+    "visual_impaired",
 ];
 
 /// Codecs of single pictures, which are covers where there is another video.
@@ -124,6 +147,10 @@ pub(crate) fn extras(answer: &Value, zero: Rational) -> Extras {
         index: stream["index"].as_u64().unwrap_or(0),
         codec: codec(stream).to_string(),
         metadata: kept(stream, &["language", "title"]),
+        disposition: DISPOSITIONS
+            .into_iter()
+            .filter(|name| stream["disposition"][name].as_u64() == Some(1))
+            .collect(),
     };
     // Without a decoder ffprobe does not know the format of the samples.
     let (sound, unreadable): (Vec<&Value>, _) =
@@ -133,8 +160,45 @@ pub(crate) fn extras(answer: &Value, zero: Rational) -> Extras {
         unreadable: unreadable.into_iter().filter_map(|stream| stream["index"].as_u64()).collect(),
         subtitles: streams(answer, "subtitle").map(track).collect(),
         chapters: chapters(answer, zero),
-        metadata: kept(&answer["format"], &KEPT),
+        metadata: kept(&answer["format"], &KEPT).into_iter().chain(timecode(answer)).collect(),
     }
+}
+
+/// The timecode of the first frame, wherever the container has it.
+fn timecode(answer: &Value) -> Option<(String, String)> {
+    let all = answer["streams"].as_array().map_or(&[][..], Vec::as_slice);
+    let code = all.iter().chain([&answer["format"]]).find_map(|part| tag(part, TIMECODE))?;
+    Some((TIMECODE.into(), code.into()))
+}
+
+/// The tag of a timecode.
+pub(crate) const TIMECODE: &str = "timecode";
+
+/// What was found in a file besides frames, in words.
+pub(crate) fn in_words(answer: &Value, picture: u64, extras: &Extras) -> Vec<String> {
+    let mut notes = Vec::new();
+    let covers = |stream: &&Value| stream["disposition"]["attached_pic"].as_u64() == Some(1);
+    let films = streams(answer, "video").filter(|stream| !covers(stream)).count();
+    if films > 1 {
+        notes.push(format!("{films} video tracks: stream {picture} is read"));
+    }
+    let described = |track: &MediaTrack| -> String {
+        let words = track.metadata.iter().map(|(_, value)| value.as_str());
+        let words = words.chain([track.codec.as_str()]).chain(track.disposition.iter().copied());
+        words.collect::<Vec<_>>().join(", ")
+    };
+    for (kind, tracks) in [("sound", &extras.sound), ("subtitles", &extras.subtitles)] {
+        for track in tracks {
+            notes.push(format!("{kind}: stream {}, {}", track.index, described(track)));
+        }
+    }
+    if !extras.chapters.is_empty() {
+        notes.push(format!("{} chapters", extras.chapters.len()));
+    }
+    let told = ["title", "date", TIMECODE];
+    let told = extras.metadata.iter().filter(|(key, _)| told.contains(&key.as_str()));
+    notes.extend(told.map(|(key, value)| format!("{key}: {value}")));
+    notes
 }
 
 /// The tags of `value` with `keys`.

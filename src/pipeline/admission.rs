@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Instant;
 
 use crossbeam_channel::Receiver;
 
@@ -74,6 +75,11 @@ impl Admission<'_> {
     }
 }
 
+/// Now, if the source is live.
+fn arrival(admission: &Admission) -> Option<Instant> {
+    admission.queue.as_ref().map(|_| Instant::now())
+}
+
 /// Starts the source and reads it to its end, on the calling thread.
 pub(super) fn decode(
     start: impl FnOnce() -> Result<Box<dyn Source>>,
@@ -113,6 +119,7 @@ pub(super) fn decode(
                 }
                 in_warmup = is_warmup;
                 report.pts_s = span.start.to_f64();
+                report.arrived = arrival(admission);
                 let options = admission.controls.options();
                 let is_full = is_warmup || admission.controls.is_full_detail();
                 let detail = admission.controller.for_frame(is_full).initial_detail(index);

@@ -12,18 +12,27 @@ const BUCKETS: usize = (STEPS as usize) * (64 - STEPS.trailing_zeros() as usize 
 
 /// A histogram with logarithmic buckets, exact below 64 ns (the layout of Tene's HdrHistogram).
 #[derive(Clone, Debug)]
-struct Histogram {
+pub(super) struct Histogram {
     counts: Vec<u64>,
 }
 
 impl Histogram {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { counts: vec![0; BUCKETS] }
     }
 
-    fn add(&mut self, time: Duration) {
+    pub(super) fn add(&mut self, time: Duration) {
         let nanos = u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
         self.counts[bucket_of(nanos)] += 1;
+    }
+
+    /// Median and tails.
+    pub(super) fn percentiles(&self) -> Percentiles {
+        Percentiles {
+            p50_ms: self.percentile(0.50),
+            p95_ms: self.percentile(0.95),
+            p99_ms: self.percentile(0.99),
+        }
     }
 
     /// The nearest-rank percentile `share` in milliseconds, 0 when nothing was added.
@@ -81,14 +90,7 @@ impl StageHistograms {
 
     /// Median and tails of every stage.
     pub(super) fn percentiles(&self) -> [Percentiles; Stage::ALL.len()] {
-        Stage::ALL.map(|stage| {
-            let histogram = &self.0[stage as usize];
-            Percentiles {
-                p50_ms: histogram.percentile(0.50),
-                p95_ms: histogram.percentile(0.95),
-                p99_ms: histogram.percentile(0.99),
-            }
-        })
+        Stage::ALL.map(|stage| self.0[stage as usize].percentiles())
     }
 }
 

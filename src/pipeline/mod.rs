@@ -45,7 +45,7 @@ use admission::{Admission, decode};
 pub use controls::Controls;
 pub use detail::DetailPolicy;
 use detail::{DetailController, longest};
-use histogram::StageHistograms;
+use histogram::{Histogram, StageHistograms};
 pub use repaint::{Part, repaint};
 pub use replay::Script;
 pub use report::{
@@ -188,12 +188,14 @@ struct Totals {
     allowed: Option<Duration>,
     budget: BudgetReport,
     histograms: StageHistograms,
+    /// Of live sources, the time that frames took.
+    delays: Option<Histogram>,
 }
 
 impl Totals {
     fn new(allowed: Option<Duration>) -> Self {
         let (budget, histograms) = (BudgetReport::new(allowed), StageHistograms::new());
-        Self { frames: 0, short: 0, likeness: None, allowed, budget, histograms }
+        Self { frames: 0, short: 0, likeness: None, allowed, budget, histograms, delays: None }
     }
 
     fn add(&mut self, report: &FrameReport) {
@@ -203,15 +205,21 @@ impl Totals {
             self.likeness = Some(self.likeness.map_or(likeness, |least| least.min(likeness)));
         }
         self.histograms.add(&report.timing);
+        if let Some(delay) = report.delay_ms {
+            let delays = self.delays.get_or_insert_with(Histogram::new);
+            delays.add(Duration::from_secs_f64(delay / 1e3));
+        }
         let is_late = self.allowed.is_some_and(|allowed| longest(&report.timing) > allowed);
         self.budget.missed += u64::from(is_late);
         self.budget.changes += report.changes.len() as u64;
     }
 
     fn summary(self, dropped: u64, wall: Duration, ending: Ending) -> Summary {
-        let Self { frames, short, likeness, budget, histograms, .. } = self;
+        let Self { frames, short, likeness, budget, histograms, .. } = &self;
+        let (frames, short, likeness, budget) = (*frames, *short, *likeness, *budget);
         let stages = StageTimes(histograms.percentiles());
-        Summary { frames, dropped, short, likeness, budget, wall, stages, ending }
+        let delay = self.delays.as_ref().map(Histogram::percentiles);
+        Summary { frames, dropped, short, likeness, budget, delay, wall, stages, ending }
     }
 }
 

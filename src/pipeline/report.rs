@@ -1,7 +1,7 @@
 //! The report of a run: of every frame, in total, and as JSON.
 
 use std::ffi::OsStr;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde::ser::{Serialize, SerializeMap, Serializer};
 
@@ -51,6 +51,12 @@ pub struct FrameReport {
     pub changes: Vec<Change>,
     /// Whether a new shot begins with it.
     pub cut: bool,
+    /// When it arrived from a live source.
+    #[serde(skip)]
+    pub(super) arrived: Option<Instant>,
+    /// Milliseconds from its arrival from a live source until it was written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub delay_ms: Option<f64>,
     /// Time at work in each stage.
     #[serde(rename = "ms", serialize_with = "milliseconds")]
     pub timing: Timing,
@@ -76,6 +82,8 @@ impl FrameReport {
             orders: Detail::FULL,
             changes: Vec::new(),
             cut: false,
+            arrived: None,
+            delay_ms: None,
             timing: Timing::default(),
         }
     }
@@ -138,6 +146,8 @@ pub struct Summary {
     pub likeness: Option<f64>,
     /// How the time budget was kept.
     pub budget: BudgetReport,
+    /// Time from the arrival of frames of a live source until they were written.
+    pub delay: Option<Percentiles>,
     /// From start to finished output.
     pub wall: Duration,
     /// Median and tails of the stages' times, within 0.8 %.
@@ -167,6 +177,9 @@ pub struct Report {
     pub frames: u64,
     /// Frames of a live source that were dropped.
     pub dropped: u64,
+    /// Time from the arrival of frames of a live source until they were written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub delay: Option<Percentiles>,
     /// Seconds from start to finished output.
     pub wall_s: f64,
     /// Frames written a second.
@@ -194,6 +207,7 @@ impl Report {
             options,
             frames: summary.frames,
             dropped: summary.dropped,
+            delay: summary.delay,
             wall_s: summary.wall.as_secs_f64(),
             fps: summary.fps(),
             stages: summary.stages,

@@ -46,6 +46,7 @@ impl SinkLoop<'_> {
                 Err(Error::Closed) => return Ok(Ending::Closed),
                 done => done?,
             };
+            report.delay_ms = report.arrived.map(|then| then.elapsed().as_secs_f64() * 1e3);
             written += 1;
             if !buffers.is_empty() {
                 // Where there is no room the rasteriser has enough: then these are dropped.

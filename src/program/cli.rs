@@ -100,9 +100,10 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) input: InputArgs,
     // Not required as far as clap goes: whoever forgets -o gets a better answer than clap's.
-    /// Where to write, by its name: a picture, a GIF, a video (.mp4, .webm, .mkv, .mov, .y4m), numbered
-    /// pictures (out_%04d.png), a folder (out/) for PNGs, - for y4m on standard output, or null: to
-    /// write nothing
+    /// Where to write, by its name: a picture, a GIF, a video (.mp4, .webm, .mkv, .mov, .ts, .avi, .flv, .ogv,
+    /// .y4m), numbered pictures (out_%04d.png), a folder (out/) for PNGs, a named pipe, - for y4m on standard output
+    /// (--format for others), an address (rtmp://, srt://, udp://), a playlist (.m3u8), a device (/dev/video9), or
+    /// null: to write nothing
     #[arg(short, long, value_name = "OUTPUT", help_heading = "Output")]
     pub(crate) output: Option<OsString>,
     /// Render each input by itself, to a folder, under its own name; what cannot be read is reported and passed over.
@@ -157,7 +158,7 @@ pub(crate) struct InspectArgs {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Of y4m on standard input only the header is read, and is gone then.\n\n\
+#[command(after_help = "Of what is on standard input the beginning is read, and is gone then.\n\n\
                         Example:\n  polyreel info dance.gif --json")]
 pub(crate) struct InfoArgs {
     #[command(flatten)]
@@ -172,7 +173,7 @@ pub(crate) struct InfoArgs {
 #[command(next_help_heading = "Input")]
 pub(crate) struct InputArgs {
     /// A picture, GIF or video, several pictures, a folder of them, a quoted glob ('shots/*.png'), a
-    /// printf pattern (shot%03d.png), a URL, a camera (/dev/video0), or - for y4m on standard input
+    /// printf pattern (shot%03d.png), a URL, a camera (/dev/video0), a named pipe, or - for video on standard input
     #[arg(value_name = "INPUT", required = true, help_heading = None::<&str>)]
     pub(crate) inputs: Vec<OsString>,
     /// Leave out what comes before TIME: 1.5, 500ms, 1:30 [default: from the beginning]
@@ -214,6 +215,7 @@ impl InputArgs {
             looped: false,
             ffmpeg: self.ffmpeg(processes),
             to_sdr: false,
+            to_bt709: false,
             browser_delays: false,
         }
     }
@@ -239,9 +241,13 @@ pub(crate) struct WriteArgs {
     /// What shows through transparent pixels in formats that have none, JPEG for one [default: white]
     #[arg(long, value_name = "COLOUR")]
     pub(crate) background: Option<Colour>,
-    /// Format of the pictures that go to a folder: png, svg, jpg, webp, bmp, tiff [default: png]
-    #[arg(long, value_name = "EXTENSION")]
+    /// Format of the output, whatever its name: of pictures that go to a folder png, svg, jpg, webp, bmp, tiff; of a
+    /// video an extension (ts, mkv) or a muxer of ffmpeg (mpegts) [default: by the name; in a folder png]
+    #[arg(long, value_name = "NAME")]
     pub(crate) format: Option<String>,
+    /// Quality of JPEG, and of WebP in place of lossless, 1 to 100 [default: JPEG 90, WebP lossless]
+    #[arg(long, value_name = "QUALITY", value_parser = clap::value_parser!(u8).range(1..=100))]
+    pub(crate) lossy: Option<u8>,
     /// Draw from the mesh at S times the size: 2 is twice as wide, and crisp [default: 1]
     #[arg(long, value_name = "S", value_parser = scale)]
     pub(crate) scale: Option<f64>,
@@ -297,7 +303,7 @@ fn grid(text: &str) -> std::result::Result<Grid, String> {
 
 /// How video is encoded.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Video output (.mp4, .webm, .mkv, .mov)")]
+#[command(next_help_heading = "Video output (.mp4, .webm, .mkv, .mov ...)")]
 pub(crate) struct VideoArgs {
     /// The codec: h264, h265, vp8, vp9, av1, prores, or an encoder of ffmpeg by its name [default:
     /// h264, in .webm vp9]
@@ -313,6 +319,12 @@ pub(crate) struct VideoArgs {
     /// Leave the sound out [default: copied if the container takes it, else encoded again]
     #[arg(long)]
     no_audio: bool,
+    /// Leave out title, date, chapters, timecode, and languages and titles of tracks [default: kept]
+    #[arg(long)]
+    no_metadata: bool,
+    /// Keep HDR as HDR: HEVC or AV1 of 10 bits, with its tags [default: its tones become SDR]
+    #[arg(long)]
+    pub(crate) hdr: bool,
     /// More options for ffmpeg's output, in one word: '-tune animation -b:a 96k' [default: none]
     #[arg(long, value_name = "ARGS", allow_hyphen_values = true)]
     ffmpeg_args: Option<String>,
@@ -326,6 +338,8 @@ impl VideoArgs {
             crf: self.crf,
             encoder_preset: self.encoder_preset.clone(),
             audio: !self.no_audio,
+            metadata: !self.no_metadata,
+            hdr: self.hdr,
             ffmpeg_args: ffmpeg_args.map_err(Error::Usage)?.unwrap_or_default(),
             ffmpeg: input.ffmpeg(processes),
             ..VideoOptions::default()

@@ -23,7 +23,7 @@ pub(crate) fn info(args: &InfoArgs) -> Result<Outcome> {
         let json = serde_json::to_string_pretty(&report).expect("plain data becomes JSON");
         format!("{}\n", terminal::escape_json(&json))
     } else {
-        table(&info)
+        table(&info) + &found(input.notes())
     };
     print(text.as_bytes())
 }
@@ -49,6 +49,11 @@ fn table(info: &StreamInfo) -> String {
         let _ = writeln!(text, "{name:<9} {}", terminal::escape(value));
         text
     })
+}
+
+/// A row for each of the `notes`.
+fn found(notes: &[String]) -> String {
+    notes.iter().map(|note| format!("{:<9} {}\n", "found", terminal::escape(note))).collect()
 }
 
 /// Printed for an unknown rate or duration.

@@ -97,10 +97,13 @@ pub(crate) fn render_to(
     interrupt: &Interrupt,
     watcher: &mut dyn Watcher,
 ) -> Result<()> {
-    let (to_video, to_gif) = (is_video(output), has_extension(output, "gif"));
+    let format = args.write.format.as_deref();
+    let to_video = output == "null:" || sink::is_video(output, format);
+    let to_gif = format.map_or_else(|| has_extension(output, "gif"), |format| format == "gif");
     let wanted = SourceOptions {
         looped: args.run.looped,
-        to_sdr: !to_video,
+        to_sdr: !(to_video && args.video.hdr),
+        to_bt709: !to_video,
         browser_delays: !to_gif,
         ..args.input.options(interrupt.processes())
     };
@@ -127,11 +130,12 @@ pub(crate) fn render_to(
     sink.needs().adapt(&mut options);
     let remarks = remarks(&args.look, info.size, to_gif);
     let mut warnings = [input.warnings(), sink.warnings(), &remarks].concat();
-    if !to_video && info.colour.as_ref().is_some_and(is_hdr) {
+    if wanted.to_sdr && info.colour.as_ref().is_some_and(is_hdr) {
         warnings.push(HDR_STAYS.to_owned());
     }
     warnings.iter().for_each(|warning| watcher.warns(warning));
     if args.run.verbose {
+        input.notes().iter().for_each(terminal::say);
         terminal::say(settings_line(&options, args));
     }
     let settings = Settings {
@@ -206,17 +210,12 @@ impl Observer for Frames<'_> {
     }
 }
 
-/// What is said of HDR that is written as if it were SDR.
-const HDR_STAYS: &str = "the input is HDR, and the output cannot say so: colours come out dull; an ffmpeg with the \
-    filters zscale and tonemap would convert them";
+/// What is said of HDR that cannot become SDR.
+const HDR_STAYS: &str = "the input is HDR, and this ffmpeg has not the filters zscale and tonemap that would convert \
+    it: its colours are those of HDR in 8 bits, and look dull";
 
 fn has_extension(output: &OsStr, wanted: &str) -> bool {
     Path::new(output).extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
-}
-
-/// Whether `output` is a video that carries the colour tags of its input, or nothing at all.
-fn is_video(output: &OsStr) -> bool {
-    output == "null:" || polyreel::sink::ffmpeg::Container::of(Path::new(output)).is_some()
 }
 
 /// What decides the detail: a budget, a former run, or nothing but the options.
@@ -262,7 +261,8 @@ pub(crate) fn write_options(args: &RenderArgs, interrupt: &Interrupt) -> Result<
         seams: args.write.svg_seams,
         grid: args.write.vertex_grid,
         colour_error: args.write.colour_error,
-        folder_format: args.write.format.clone(),
+        format: args.write.format.clone(),
+        quality: args.write.lossy,
         unfinished: interrupt.unfinished(),
         ..defaults
     })
@@ -391,6 +391,9 @@ pub(crate) fn say_summary(
     }
     if summary.dropped > 0 {
         let _ = write!(line, ", {} dropped", summary.dropped);
+    }
+    if let Some(delay) = summary.delay {
+        let _ = write!(line, ", delay {:.0} ms (95 %: {:.0} ms)", delay.p50_ms, delay.p95_ms);
     }
     if matches!(summary.ending, Ending::Stopped) {
         line += ", stopped early";

@@ -1,95 +1,21 @@
-//! Containers and encoders, by ffmpeg's names, and their options.
+//! Video encoders, by ffmpeg's names, and their options.
 
 use std::ffi::OsString;
-use std::path::Path;
 
+use crate::colour::Sampling;
 use crate::error::{Error, Result};
 use crate::ffmpeg::command::arguments;
+use crate::sink::container::Container;
 
-/// A container that can be written.
+/// How an encoder stores pictures with alpha.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Container {
-    /// MPEG-4 (`.mp4`, `.m4v`).
-    Mp4,
-    /// QuickTime (`.mov`).
-    Mov,
-    /// Matroska (`.mkv`).
-    Mkv,
-    /// WebM (`.webm`).
-    WebM,
-}
-
-impl Container {
-    /// The container that the extension of `path` names.
-    pub fn of(path: &Path) -> Option<Self> {
-        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
-            "mp4" | "m4v" => Some(Self::Mp4),
-            "mov" => Some(Self::Mov),
-            "mkv" => Some(Self::Mkv),
-            "webm" => Some(Self::WebM),
-            _ => None,
-        }
-    }
-
-    /// ffmpeg's name of it.
-    pub(crate) fn muxer(self) -> &'static str {
-        match self {
-            Self::Mp4 => "mp4",
-            Self::Mov => "mov",
-            Self::Mkv => "matroska",
-            Self::WebM => "webm",
-        }
-    }
-
-    /// Whether it is of the family whose tables may stand before the frames.
-    pub(crate) fn is_quicktime(self) -> bool {
-        matches!(self, Self::Mp4 | Self::Mov)
-    }
-
-    /// Whether sound in `codec` can be copied into it such that common players play it.
-    pub(crate) fn takes_sound(self, codec: &str) -> bool {
-        match self {
-            Self::Mp4 => ["aac", "mp3", "ac3", "eac3", "alac", "opus"].contains(&codec),
-            Self::Mov => {
-                ["aac", "mp3", "ac3", "alac"].contains(&codec)
-                    || ["pcm_s16le", "pcm_s16be", "pcm_s24le", "pcm_s24be"].contains(&codec)
-            }
-            Self::Mkv => true,
-            Self::WebM => ["opus", "vorbis"].contains(&codec),
-        }
-    }
-
-    /// ffmpeg's encoder for subtitles in `codec`: `copy` if the container takes them unchanged, `None` if it cannot
-    /// have them. Bitmap subtitles are not converted to text, nor text to bitmaps.
-    pub(crate) fn subtitle_encoder(self, codec: &str) -> Option<&'static str> {
-        let text = ["subrip", "ass", "ssa", "webvtt", "mov_text", "text"].contains(&codec);
-        let pictures = ["hdmv_pgs_subtitle", "dvd_subtitle", "dvb_subtitle"].contains(&codec);
-        match self {
-            Self::Mkv if codec == "mov_text" => Some("subrip"),
-            Self::Mkv if text || pictures => Some("copy"),
-            Self::Mp4 | Self::Mov if codec == "mov_text" => Some("copy"),
-            Self::Mp4 | Self::Mov if text => Some("mov_text"),
-            Self::WebM if codec == "webvtt" => Some("copy"),
-            Self::WebM if text => Some("webvtt"),
-            _ => None,
-        }
-    }
-
-    /// Options that make sound stream `index` one that the container takes.
-    pub(crate) fn sound_encoder(self, index: usize) -> Vec<OsString> {
-        let (codec, rate) = match self {
-            Self::WebM => ("libopus", "160k"),
-            _ => ("aac", "192k"),
-        };
-        let option = |name: &str| format!("-{name}:a:{index}");
-        let mut args = arguments([&option("c"), &codec, &option("b"), &rate]);
-        if self == Self::WebM {
-            // For six and more channels the encoder has only these layouts.
-            let layouts = "aformat=channel_layouts=mono|stereo|3.0|quad|5.0|5.1|6.1|7.1";
-            args.extend(arguments([&option("filter"), &layouts]));
-        }
-        args
-    }
+pub(crate) struct AlphaPixels {
+    /// The sampling of the planes that it is given; `None`: pixels of red, green, blue and alpha.
+    pub(crate) sampling: Option<Sampling>,
+    /// ffmpeg's name of its own format.
+    pub(crate) format: &'static str,
+    /// Further options.
+    pub(crate) options: &'static [&'static str],
 }
 
 /// A video encoder of ffmpeg.
@@ -101,7 +27,7 @@ pub(crate) struct Encoder {
 
 /// Common names of codecs, their encoders, and the constant quality of each that looks like x264's 18 on flat
 /// colours.
-const CODECS: [(&str, &str, Option<u32>); 8] = [
+const CODECS: [(&str, &str, Option<u32>); 9] = [
     ("h264", "libx264", Some(18)),
     ("x264", "libx264", Some(18)),
     ("h265", "libx265", Some(20)),
@@ -110,6 +36,7 @@ const CODECS: [(&str, &str, Option<u32>); 8] = [
     ("vp9", "libvpx-vp9", Some(24)),
     ("av1", "libsvtav1", Some(28)),
     ("prores", "prores_ks", None),
+    ("theora", "libtheora", None),
 ];
 
 /// x264's presets, from fast to slow.
@@ -127,12 +54,26 @@ const PRESETS: [&str; 10] = [
 ];
 
 impl Encoder {
-    /// The encoder for `codec`, a common name or ffmpeg's own name of an encoder; without one,
-    /// H.264, in WebM VP9.
-    pub(crate) fn of(codec: Option<&str>, container: Container) -> Self {
-        let codec = codec.unwrap_or(if container == Container::WebM { "vp9" } else { "h264" });
+    /// The encoder for `codec`, a common name or ffmpeg's own name of an encoder; without one, H.264, in WebM VP9, in
+    /// Ogg Theora, in AVI MPEG-4, and in a container that we do not know whatever ffmpeg chooses for it.
+    pub(crate) fn of(codec: Option<&str>, container: &Container) -> Self {
+        let codec = codec.unwrap_or(match container {
+            Container::WebM => "vp9",
+            Container::Ogg => "theora",
+            // Of H.264 in AVI readers do not know the times.
+            Container::Avi => "mpeg4",
+            Container::WebP => "libwebp_anim",
+            Container::Device => "rawvideo",
+            Container::Other(_) => "",
+            _ => "h264",
+        });
         let known = CODECS.iter().find(|(name, ..)| codec.eq_ignore_ascii_case(name));
         Self { name: known.map_or(codec, |(_, encoder, _)| encoder).to_string() }
+    }
+
+    /// Its name in messages.
+    pub(crate) fn title(&self) -> &str {
+        if self.name.is_empty() { "the encoder" } else { &self.name }
     }
 
     /// Whether it takes pictures of odd width or height in 4:2:0.
@@ -140,15 +81,47 @@ impl Encoder {
         ["libvpx", "libvpx-vp9", "libaom-av1", "ffv1"].contains(&self.name.as_str())
     }
 
+    /// Whether it takes 10 bits.
+    pub(crate) fn takes_deep(&self) -> bool {
+        ["libx265", "libsvtav1", "libaom-av1"].contains(&self.name.as_str())
+    }
+
+    /// How it stores alpha in `container`; `None` if it does not.
+    pub(crate) fn alpha(&self, container: &Container) -> Option<AlphaPixels> {
+        use Container::{Avi, Mkv, Mov, WebM, WebP};
+        let planes = |sampling, format, options| AlphaPixels { sampling, format, options };
+        let is_in = |list: &[Container]| list.contains(container);
+        Some(match self.name.as_str() {
+            // Alpha is a second picture, which the encoder's reference frames from the future would lose.
+            "libvpx" | "libvpx-vp9" if is_in(&[Mkv, WebM]) => {
+                planes(Some(Sampling::Yuv420), "yuva420p", &["-auto-alt-ref", "0"])
+            }
+            "prores_ks" if is_in(&[Mov, Mkv]) => {
+                planes(Some(Sampling::Yuv444), "yuva444p10le", &["-profile:v", "4444"])
+            }
+            "ffv1" if is_in(&[Mkv, Avi, Mov]) => planes(None, "bgra", &[]),
+            "png" if is_in(&[Mov, Mkv, Avi]) => planes(None, "rgba", &[]),
+            "qtrle" if is_in(&[Mov]) => planes(None, "argb", &[]),
+            "utvideo" if is_in(&[Mov, Mkv, Avi]) => planes(None, "gbrap", &[]),
+            "libwebp_anim" if is_in(&[WebP]) => planes(None, "bgra", &[]),
+            _ => return None,
+        })
+    }
+
     /// The most time units in a second, if there is a limit (MPEG-4 part 2).
     pub(crate) fn most_units(&self) -> Option<i64> {
         ["mpeg4", "libxvid"].contains(&self.name.as_str()).then_some(65535)
     }
 
-    /// The tag of H.265 that Apple's players need.
-    pub(crate) fn tag(&self, container: Container) -> Vec<OsString> {
-        let wanted = self.name == "libx265" && container.is_quicktime();
-        if wanted { arguments([&"-tag:v", &"hvc1"]) } else { Vec::new() }
+    /// The tag of H.265 that Apple's players need, or that of MPEG-4 in AVI, and its quality there.
+    pub(crate) fn tag(&self, container: &Container) -> Vec<OsString> {
+        match self.name.as_str() {
+            "libx265" if container.is_quicktime() => arguments([&"-tag:v", &"hvc1"]),
+            "mpeg4" if *container == Container::Avi => {
+                arguments([&"-tag:v", &"xvid", &"-q:v", &"2"])
+            }
+            _ => Vec::new(),
+        }
     }
 
     /// The largest constant quality of the encoder, where it is known.
@@ -175,7 +148,12 @@ impl Encoder {
     /// # Errors
     /// [`Error::Usage`] when the encoder has no such preset or quality.
     pub(crate) fn options(&self, crf: Option<u32>, preset: Option<&str>) -> Result<Vec<OsString>> {
-        let mut args = arguments([&"-c:v", &self.name]);
+        let mut args = match self.name.as_str() {
+            // What an encoder without a constant quality of its own takes: 1 (best) to 31.
+            "" => arguments([&"-q:v", &"2"]),
+            "libtheora" => arguments([&"-c:v", &"libtheora", &"-q:v", &"9"]),
+            name => arguments([&"-c:v", &name]),
+        };
         let usual = CODECS.iter().find(|(_, encoder, _)| *encoder == self.name);
         self.check_crf(crf)?;
         let crf = crf.or_else(|| usual.and_then(|(.., crf)| *crf));
@@ -222,24 +200,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn containers_go_by_extension() {
-        assert_eq!(Container::of(Path::new("a/b.MP4")), Some(Container::Mp4));
-        assert_eq!(Container::of(Path::new("b.webm")), Some(Container::WebM));
-        assert_eq!(Container::of(Path::new("mp4")), None);
-    }
-
-    #[test]
     fn encoders_by_common_name_or_their_own() {
         let name = |codec, container| Encoder::of(codec, container).name;
-        assert_eq!(name(None, Container::Mov), "libx264");
-        assert_eq!(name(None, Container::WebM), "libvpx-vp9");
-        assert_eq!(name(Some("HEVC"), Container::Mkv), "libx265");
-        assert_eq!(name(Some("mpeg4"), Container::Mkv), "mpeg4");
+        assert_eq!(name(None, &Container::Mov), "libx264");
+        assert_eq!(name(None, &Container::WebM), "libvpx-vp9");
+        assert_eq!(name(Some("HEVC"), &Container::Mkv), "libx265");
+        assert_eq!(name(Some("mpeg4"), &Container::Mkv), "mpeg4");
+        assert_eq!(name(None, &Container::Other("mxf".into())), "");
     }
 
     #[test]
     fn presets_are_x264s() {
-        let x264 = Encoder::of(None, Container::Mp4);
+        let x264 = Encoder::of(None, &Container::Mp4);
         assert!(x264.options(None, Some("slowest")).is_err());
         let args = x264.options(Some(23), Some("slow")).expect("a preset");
         assert_eq!(args, ["-c:v", "libx264", "-crf", "23", "-preset", "slow"]);
@@ -250,7 +222,7 @@ mod tests {
     #[test]
     fn a_quality_out_of_range_is_refused() {
         let said = |codec, crf| {
-            Encoder::of(codec, Container::Mkv).options(Some(crf), None).map_err(|e| e.to_string())
+            Encoder::of(codec, &Container::Mkv).options(Some(crf), None).map_err(|e| e.to_string())
         };
         assert!(said(None, 51).is_ok() && said(Some("av1"), 63).is_ok());
         assert!(said(Some("ffv1"), 99).is_ok(), "what is not known is left to ffmpeg");
@@ -259,17 +231,10 @@ mod tests {
     }
 
     #[test]
-    fn subtitles_go_where_they_fit() {
-        assert_eq!(Container::Mp4.subtitle_encoder("subrip"), Some("mov_text"));
-        assert_eq!(Container::Mkv.subtitle_encoder("dvd_subtitle"), Some("copy"));
-        assert_eq!(Container::WebM.subtitle_encoder("ass"), Some("webvtt"));
-        assert_eq!(Container::Mp4.subtitle_encoder("hdmv_pgs_subtitle"), None);
-        assert_eq!(Container::Mkv.subtitle_encoder("dvb_teletext"), None);
-    }
-
-    #[test]
-    fn sound_is_copied_where_it_fits() {
-        assert!(Container::Mp4.takes_sound("mp3") && !Container::WebM.takes_sound("pcm_s16le"));
-        assert!(!Container::Mp4.takes_sound("vorbis") && Container::Mkv.takes_sound("vorbis"));
+    fn alpha_stays_where_encoder_and_container_take_it() {
+        let keeps = |codec, container| Encoder::of(codec, &container).alpha(&container).is_some();
+        assert!(keeps(None, Container::WebM) && !keeps(None, Container::Mp4));
+        assert!(keeps(Some("prores"), Container::Mov) && keeps(Some("ffv1"), Container::Mkv));
+        assert!(!keeps(Some("vp9"), Container::Mp4) && !keeps(Some("av1"), Container::WebM));
     }
 }

@@ -1,7 +1,12 @@
 //! Sinks of frames. Each file has one format; an unfinished output never has its final name.
 
+mod animation;
 #[cfg(feature = "ffmpeg")]
-pub mod codec;
+mod codec;
+#[cfg(feature = "ffmpeg")]
+mod container;
+#[cfg(feature = "ffmpeg")]
+mod encoding;
 mod facets;
 #[cfg(feature = "ffmpeg")]
 pub mod ffmpeg;
@@ -10,6 +15,8 @@ pub mod ffmpeg;
 pub mod ffmpeg;
 mod gif;
 mod html;
+#[cfg(feature = "ffmpeg")]
+mod live;
 mod mesh_stream;
 mod null;
 mod one_mesh;
@@ -25,6 +32,7 @@ mod spec;
 mod still;
 #[cfg(feature = "ffmpeg")]
 mod tags;
+mod target;
 mod unfinished;
 mod usd;
 pub mod y4m;
@@ -45,9 +53,10 @@ use crate::stream::{Loops, Span, StreamInfo};
 use crate::svg::Seams;
 
 pub use crate::source::Sound;
-use ffmpeg::{Container, VideoOptions, VideoSink, VideoSpec};
+use ffmpeg::{Container, LiveSink, VideoOptions, VideoSink, VideoSpec};
 use place::Series;
 use still::Format;
+use target::Target;
 
 /// A finished frame on its way to a sink.
 #[derive(Clone, Debug, PartialEq)]
@@ -166,7 +175,7 @@ pub struct SinkOptions {
     pub loops: Option<Loops>,
     /// The files that are being read; none of them may be the output. Default: none.
     pub inputs: Vec<PathBuf>,
-    /// Quality of JPEG, 1 to 100. Default: 90.
+    /// Quality of JPEG and of lossy WebP, 1 to 100. Default: JPEG of 90, lossless WebP.
     pub quality: Option<u8>,
     /// How video is encoded.
     pub video: VideoOptions,
@@ -180,8 +189,9 @@ pub struct SinkOptions {
     pub grid: Grid,
     /// By how much its colours may be off, of 255. Default: 0.
     pub colour_error: u8,
-    /// The extension of the pictures that go to a folder. Default: `png`.
-    pub folder_format: Option<String>,
+    /// The format, by its extension or by the name of ffmpeg's muxer. Default: as the output's name says, in a
+    /// folder `png`.
+    pub format: Option<String>,
     /// The list that temporary files are entered in until they are complete. Default: a list of its own.
     pub unfinished: Unfinished,
     /// The folder of temporary files that have names, on the output's file system. Default: the output's own.
@@ -204,7 +214,7 @@ impl Default for SinkOptions {
             seams: Seams::default(),
             grid: Grid::default(),
             colour_error: 0,
-            folder_format: None,
+            format: None,
             unfinished: Unfinished::default(),
             temporaries: None,
             durable: false,
@@ -213,8 +223,10 @@ impl Default for SinkOptions {
 }
 
 /// Makes the sink for `output`, by its name: a still (`.png`, `.jpg`, `.webp` ...), a numbered sequence
-/// (`frame_%04d.png`, or a folder), a `.svg`, a `.gif`, a video (`.mp4`, `.webm`, `.mkv`, `.mov`), a `.y4m`, `-` for
-/// y4m on standard output, or `null:`, which discards. `info` is the stream that will be written.
+/// (`frame_%04d.png`, or a folder), a `.svg`, a `.gif`, a video (`.mp4`, `.webm`, `.mkv`, `.mov`, `.ts` ...), a `.y4m`,
+/// a named pipe, `-` for y4m or the format of the options on standard output, an address (`rtmp://`, `srt://`, `udp://`),
+/// a playlist (`.m3u8`), a device (`/dev/video0`), or `null:`, which discards. `info` is the stream that will be
+/// written.
 ///
 /// # Errors
 /// When the name's format is unknown or does not suit the stream, the output exists, is an input, or
@@ -228,27 +240,37 @@ pub fn create(
     if output == "null:" {
         return Ok(Box::new(null::Null::of(info)));
     }
-    if output == "-" {
-        return y4m::Y4mSink::standard(info);
-    }
     let path = Path::new(output);
+    if let Some(target) = Target::of(output) {
+        return passing(path, target, info, options);
+    }
     if ends_in_separator(output) || path.is_dir() {
-        let extension = options.folder_format.as_deref().unwrap_or("png");
+        let extension = options.format.as_deref().unwrap_or("png");
         let pattern = Pattern::in_folder(path, extension);
         return numbered(path, pattern, extension, true, options);
     }
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    let extension = extension.as_deref().unwrap_or("");
+    let extension = format_of(path, options);
+    let extension = extension.as_str();
     if let Some(pattern) = Pattern::parse(output) {
         return numbered(path, pattern, extension, false, options);
     }
+    let is_one = info.still || info.frames == Some(1);
+    if extension == "webp"
+        && let Some(quality) = options.quality
+    {
+        return lossy_webp(path, quality, info, options);
+    }
+    if let Some(format) = animation::Format::of_extension(extension)
+        && (!is_one || format == animation::Format::Apng)
+    {
+        return Ok(Box::new(animation::Animation::create(path, format, info, options)?));
+    }
     if let Some(format) = Format::of_extension(extension) {
-        if !info.still && info.frames != Some(1) {
+        if !is_one {
             return Err(one_picture_for_many(path, info));
         }
         return Ok(Box::new(still::Still::create(path, format, options)?));
     }
-    let is_one = info.still || info.frames == Some(1);
     if let Some(format) = one_mesh::Format::of_extension(extension)
         && (is_one || format != one_mesh::Format::Svg)
     {
@@ -264,12 +286,11 @@ pub fn create(
         "svg" => Ok(Box::new(one_mesh::SvgAnimation::create(path, info, options)?)),
         "gif" => Ok(Box::new(gif::Gif::create(path, info, options)?)),
         "y4m" => Ok(Box::new(y4m::Y4mFile::create(path, info, options)?)),
-        _ if Container::of(path).is_some() => {
+        _ if container_of(path, options).is_some() => {
             if info.still {
                 return Err(no_video_of_a_still(path));
             }
-            let spec = VideoSpec { sound: options.sound.clone(), ..VideoSpec::of(info, info.size) };
-            Ok(Box::new(VideoSink::create(path, spec, options)?))
+            video_file(path, info, options)
         }
         "" => Err(Error::usage(format!(
             "{}: the name has no ending that says what to write; for pictures in a folder write {0}/, for one file \
@@ -277,12 +298,104 @@ pub fn create(
             path.display()
         ))),
         _ => Err(Error::usage(format!(
-            "{}: the name must end in what to write: {STILLS}, .gif, {VIDEOS}, .y4m, .html, .polyreel, \
-             .usda; or name a folder (frames/), a pattern (frame_%04d.png), - for y4m on standard output, or \
+            "{}: the name must end in what to write: {STILLS}, .gif, {VIDEOS}, .apng, .y4m, .html, \
+             .polyreel, .usda; or name a folder (frames/), a pattern (frame_%04d.png), - for y4m on standard output, or \
              null: to write nothing",
             path.display()
         ))),
     }
+}
+
+/// The lower-case extension that tells the format of `path`.
+fn format_of(path: &Path, options: &SinkOptions) -> String {
+    let extension = || path.extension().map(|e| e.to_string_lossy().into_owned());
+    options.format.clone().or_else(extension).unwrap_or_default().to_lowercase()
+}
+
+/// Whether `output` is a video, of ffmpeg's or y4m, in the `format` that was asked for.
+#[cfg(feature = "cli")]
+pub fn is_video(output: &OsStr, format: Option<&str>) -> bool {
+    let options = SinkOptions { format: format.map(str::to_owned), ..SinkOptions::default() };
+    let is_y4m = ["", "y4m"].contains(&format_of(Path::new(output), &options).as_str());
+    match Target::of(output) {
+        Some(Target::Pipe) => !is_y4m,
+        Some(_) => true,
+        None => container_of(Path::new(output), &options).is_some(),
+    }
+}
+
+/// The container of the file `path`, if it is a video of ffmpeg's. A format that is none of ours is one of ffmpeg's.
+fn container_of(path: &Path, options: &SinkOptions) -> Option<Container> {
+    let Some(format) = &options.format else { return Container::of(path) };
+    let format = format.to_lowercase();
+    let own = ["polyreel", "html", "htm", "usda", "svg", "gif", "apng", "y4m"];
+    let is_own = own.contains(&format.as_str())
+        || Format::of_extension(&format).is_some()
+        || one_mesh::Format::of_extension(&format).is_some();
+    (!is_own).then(|| Container::named(&format))
+}
+
+fn video_file(path: &Path, info: &StreamInfo, options: &SinkOptions) -> Result<Box<dyn Sink>> {
+    let spec = video_spec(info, options);
+    let Some(container) = container_of(path, options) else {
+        return Ok(Box::new(VideoSink::create(path, spec, options)?));
+    };
+    Ok(Box::new(VideoSink::create_in(container, path, spec, options)?))
+}
+
+/// The sink of a WebP with lossy pictures, by ffmpeg.
+fn lossy_webp(
+    path: &Path,
+    quality: u8,
+    info: &StreamInfo,
+    options: &SinkOptions,
+) -> Result<Box<dyn Sink>> {
+    let plays = match animation::plays(info, options) {
+        Loops::Forever => 0,
+        Loops::Times(n) => n.min(u16::MAX.into()),
+        _ => 1,
+    };
+    let mut options = options.clone();
+    let own = ["-quality", &quality.to_string(), "-loop", &plays.to_string()].map(str::to_owned);
+    options.video.ffmpeg_args.splice(0..0, own);
+    (options.video.codec, options.video.crf, options.video.encoder_preset) = (None, None, None);
+    let spec = VideoSpec { sound: None, ..video_spec(info, &options) };
+    Ok(Box::new(VideoSink::create_in(Container::webp(), path, spec, &options)?))
+}
+
+/// The sink of an output that takes frames as they come.
+fn passing(
+    output: &Path,
+    target: Target,
+    info: &StreamInfo,
+    options: &SinkOptions,
+) -> Result<Box<dyn Sink>> {
+    let format = format_of(output, options);
+    if target == Target::Pipe && ["", "y4m"].contains(&format.as_str()) {
+        let standard = output == Path::new("-") || output == Path::new("/dev/stdout");
+        return if standard {
+            y4m::Y4mSink::standard(info)
+        } else {
+            y4m::Y4mSink::pipe(output, info)
+        };
+    }
+    if container_of(output, options).is_none() && options.format.is_some() {
+        return Err(Error::usage(format!(
+            "{format} is written to files, not to {}: only videos and y4m go through pipes",
+            output.display()
+        )));
+    }
+    if info.still {
+        return Err(no_video_of_a_still(output));
+    }
+    let spec = video_spec(info, options);
+    Ok(Box::new(LiveSink::create(output, target, info.live, spec, options)?))
+}
+
+/// The video that is made of `info`.
+fn video_spec(info: &StreamInfo, options: &SinkOptions) -> VideoSpec {
+    let alpha = info.alpha || options.look.fill == FillMode::None;
+    VideoSpec { alpha, sound: options.sound.clone(), ..VideoSpec::of(info, info.size) }
 }
 
 /// Whether pictures of pixels with the lower-case `extension` can be written.
@@ -318,7 +431,7 @@ fn numbered(
 }
 
 /// The containers of video, in words.
-const VIDEOS: &str = ".mp4, .webm, .mkv, .mov";
+const VIDEOS: &str = ".mp4, .webm, .mkv, .mov, .ts, .avi, .flv, .ogv";
 
 fn no_video_of_a_still(path: &Path) -> Error {
     Error::usage(format!(

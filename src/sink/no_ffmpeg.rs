@@ -3,6 +3,7 @@
 use std::convert::Infallible;
 use std::path::Path;
 
+use super::target::Target;
 use super::{Origin, Picture, Sink, SinkOptions};
 use crate::error::{Error, Result};
 use crate::frame::Buffers;
@@ -13,10 +14,21 @@ pub use crate::sink::spec::{VideoOptions, VideoSpec};
 pub struct Container;
 
 impl Container {
+    /// That of lossy WebP.
+    pub(crate) fn webp() -> Self {
+        Self
+    }
+
     /// Whether the extension of `path` is that of a video.
     pub fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        ["mp4", "m4v", "mov", "mkv", "webm"].contains(&extension.as_str()).then_some(Self)
+        let known = ["mp4", "m4v", "mov", "mkv", "webm", "ts", "m2ts", "mts", "avi", "flv", "ogv"];
+        known.contains(&extension.as_str()).then_some(Self)
+    }
+
+    /// A container by its name.
+    pub fn named(_name: &str) -> Self {
+        Self
     }
 }
 
@@ -33,6 +45,38 @@ impl VideoSink {
             path,
             "video is written by ffmpeg, and this polyreel was built without it: build it with --features ffmpeg",
         ))
+    }
+
+    /// Refuses it in any container.
+    ///
+    /// # Errors
+    /// Always.
+    pub(crate) fn create_in(
+        _container: Container,
+        path: &Path,
+        spec: VideoSpec,
+        with: &SinkOptions,
+    ) -> Result<Self> {
+        Self::create(path, spec, with)
+    }
+}
+
+/// A video on its way: there is none without ffmpeg either.
+pub(crate) struct LiveSink;
+
+impl LiveSink {
+    /// Refuses it, as [`VideoSink::create`].
+    ///
+    /// # Errors
+    /// Always.
+    pub(crate) fn create(
+        path: &Path,
+        _target: Target,
+        _live: bool,
+        spec: VideoSpec,
+        with: &SinkOptions,
+    ) -> Result<VideoSink> {
+        VideoSink::create(path, spec, with)
     }
 }
 

@@ -22,6 +22,15 @@ use check::{exists, folder_of, keep_permissions, misplaced, target_of, unwritabl
 
 pub use series::{Made, Series};
 
+/// Checks that `output`, which other programs write to without a temporary file, may be written.
+///
+/// # Errors
+/// As [`Place::reserve`].
+#[cfg(feature = "ffmpeg")]
+pub(crate) fn check_target(output: &Path, options: &SinkOptions) -> Result<()> {
+    target_of(output, options).map(|_| ())
+}
+
 /// What temporary names begin with; the dot hides them.
 const PREFIX: &str = ".polyreel-";
 

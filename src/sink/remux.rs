@@ -11,7 +11,7 @@ use crate::ffmpeg::child::Child;
 use crate::ffmpeg::command::{self, arguments, seconds};
 use crate::ffmpeg::{Ffmpeg, FfmpegError};
 use crate::frame::Rational;
-use crate::sink::codec::Container;
+use crate::sink::container::Container;
 use crate::sink::sound::Streams;
 
 /// The finished picture.
@@ -19,7 +19,7 @@ pub(crate) struct Finished<'a> {
     /// Its path.
     pub(crate) path: &'a Path,
     /// Its container, and that of the result.
-    pub(crate) container: Container,
+    pub(crate) container: &'a Container,
     /// The unit of its times.
     pub(crate) time_base: Rational,
     /// When its first frame is shown, in seconds.
@@ -95,14 +95,14 @@ pub(crate) fn remux(
 }
 
 /// Options that leave the times of streams where they are, and, if `alone`, take over the picture and nothing else.
-pub(crate) fn bare(container: Container, alone: bool) -> Vec<OsString> {
+pub(crate) fn bare(container: &Container, alone: bool) -> Vec<OsString> {
     let mut args = Vec::new();
     if alone {
         args.extend(arguments([&"-map_metadata", &"-1", &"-map_chapters", &"-1"]));
     }
-    if !container.is_quicktime() {
+    if matches!(container, Container::Mkv | Container::WebM | Container::Avi) {
         // An encoder's run-in before 0 must not push the picture to a later time: Matroska keeps it
-        // as the codec's delay.
+        // as the codec's delay, and in AVI it would be rounded to a frame.
         args.extend(arguments([&"-avoid_negative_ts", &"disabled"]));
     }
     args
@@ -134,7 +134,7 @@ fn lengthen(last: &Last, picture: &Finished<'_>) -> String {
 
 /// Options of the container, the last before the file: units of time, tables in front in the `last`
 /// run.
-pub(crate) fn placing(container: Container, time_base: Rational, last: bool) -> Vec<OsString> {
+pub(crate) fn placing(container: &Container, time_base: Rational, last: bool) -> Vec<OsString> {
     let mut args = Vec::new();
     if container.is_quicktime() {
         args.extend(arguments([&"-video_track_timescale", &time_base.den.to_string()]));

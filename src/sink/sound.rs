@@ -3,15 +3,17 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use crate::error::Result;
-use crate::ffmpeg::Ffmpeg;
 use crate::ffmpeg::command::{address, arguments, is_url, moved, seconds};
 use crate::ffmpeg::formats::input_format;
 use crate::ffmpeg::probe::{SoundTracks, probe_sound};
-use crate::ffmpeg::tracks::{Chapter, MediaTrack, Metadata};
+use crate::ffmpeg::side::SoundPipe;
+use crate::ffmpeg::tracks::{Chapter, MediaTrack, Metadata, TIMECODE};
 use crate::frame::Rational;
-use crate::sink::codec::Container;
+use crate::sink::container::Container;
+use crate::sink::spec::VideoOptions;
 use crate::source::{Sound, decode::read_along};
 
 /// The streams that are added, and their metadata.
@@ -26,22 +28,47 @@ pub(crate) struct Streams {
 const CHAPTERS: usize = 100_000;
 
 impl Streams {
-    /// The streams of the source that `container` takes, with or without `audio`; `None` if there is none. Adds
+    /// The streams of the source that `container` takes and `video` wants; `None` if there is none. Adds
     /// warnings about streams that are left out.
     ///
     /// # Errors
     /// When it cannot be read.
     pub(crate) fn of(
         source: &Sound,
-        ffmpeg: &Ffmpeg,
-        container: Container,
-        audio: bool,
+        container: &Container,
+        video: &VideoOptions,
         warnings: &mut Vec<String>,
     ) -> Result<Option<Self>> {
         let mut tracks = match &source.tracks {
             Some(tracks) => tracks.clone(),
-            None => probe_sound(&source.path, ffmpeg)?,
+            None => probe_sound(&source.path, &video.ffmpeg)?,
         };
+        if !container.has_sound() {
+            return Ok(None);
+        }
+        if !video.metadata {
+            tracks.extras.forget();
+        }
+        if source.start > Rational::ZERO {
+            // That of another frame.
+            tracks.extras.metadata.retain(|(key, _)| key != TIMECODE);
+        }
+        let audio = video.audio;
+        let mut pipe = source.pipe.as_ref().filter(|_| audio && !tracks.extras.sound.is_empty());
+        if let Some(error) = pipe.and_then(|pipe| pipe.open().err()) {
+            warnings.push(format!("{}: without its sound: {error}", source.path.display()));
+            (pipe, tracks.extras.sound) = (None, Vec::new());
+        }
+        if pipe.is_some() {
+            // Decoded, and by numbers of their own.
+            for (index, track) in (0..).zip(&mut tracks.extras.sound) {
+                (track.index, track.codec) = (index, "decoded".into());
+            }
+            tracks.repair = None;
+        }
+        if source.pipe.is_some() {
+            tracks.extras.subtitles.clear();
+        }
         if !audio {
             tracks.extras.sound.clear();
             tracks.extras.unreadable.clear();
@@ -83,16 +110,42 @@ impl Streams {
     /// Whether they can be added while the picture is encoded: the picture begins at 0, to where ffmpeg moves it, the
     /// streams need not be cut as far as is known, and the picture does not have to wait for a network.
     pub(crate) fn go_along(&self) -> bool {
+        if self.is_piped() {
+            return true;
+        }
         let Sound { path, start, cut, .. } = &self.source;
         let at_once = self.tracks.picture == Some(Rational::ZERO) && *start == Rational::ZERO;
         !self.has_media() && !cut || at_once && !cut && !is_url(path)
+    }
+
+    /// Whether they can be read only once, along with the picture.
+    pub(crate) fn is_piped(&self) -> bool {
+        self.source.pipe.is_some()
+    }
+
+    /// The folder of the pipe that they come through.
+    pub(crate) fn folder(&self) -> Option<PathBuf> {
+        self.source.pipe.as_ref().and_then(SoundPipe::folder)
+    }
+
+    /// Options that read what the decoder sends. Times are those of the picture, and stay.
+    fn piped(&self) -> Vec<OsString> {
+        let Some(path) = self.source.pipe.as_ref().and_then(SoundPipe::path) else {
+            return Vec::new();
+        };
+        let mut args = arguments([&"-copyts", &"-thread_queue_size", &"4096"]);
+        args.extend(arguments([&"-probesize", &"32", &"-analyzeduration", &"0", &"-f", &"nut"]));
+        args.extend([OsString::from("-i"), address(&path)]);
+        args
     }
 
     /// Options that read the source, up to the time `end` of the picture if given. Its inputs come after the
     /// picture's.
     pub(crate) fn input(&self, end: Option<Rational>) -> Vec<OsString> {
         let mut args = Vec::new();
-        if self.has_media() {
+        if self.is_piped() {
+            args.extend(self.piped());
+        } else if self.has_media() {
             args.extend(self.begin());
             if let Some(end) = end {
                 args.extend(arguments([&"-t", &seconds(end)]));
@@ -109,15 +162,28 @@ impl Streams {
         args
     }
 
+    /// As [`Streams::input`], for an output that cannot be completed later: the streams end by `end`, where the picture
+    /// is expected to end, if that is cut; and they are moved to a picture that ffmpeg moves to 0.
+    pub(crate) fn input_now(&self, end: Option<Rational>) -> Vec<OsString> {
+        let picture = self.tracks.picture.filter(|_| self.source.start == Rational::ZERO);
+        let late =
+            picture.filter(|_| !self.is_piped()).unwrap_or(Rational::ZERO).max(Rational::ZERO);
+        let mut source = self.source.clone();
+        source.start = source.start + late;
+        let (tracks, subtitles) = (self.tracks.clone(), self.subtitles.clone());
+        Self { source, tracks, subtitles }.input(end.filter(|_| self.source.cut))
+    }
+
     /// Options that write the streams, copied if `container` takes them.
-    pub(crate) fn output(&self, container: Container, end: Option<Rational>) -> Vec<OsString> {
+    pub(crate) fn output(&self, container: &Container, end: Option<Rational>) -> Vec<OsString> {
         // Not `-map_metadata -1`: that would remove the titles of chapters, too.
         let mut args = arguments([&"-map_metadata:g", &"-1", &"-map_metadata:s", &"-1"]);
         let extras = &self.tracks.extras;
         for (i, track) in extras.sound.iter().enumerate() {
             args.extend(arguments([&"-map", &format!("1:{}", track.index)]));
             args.extend(metadata(&format!("-metadata:s:a:{i}"), &titled(track, container)));
-            if !container.takes_sound(&track.codec) {
+            args.extend(disposition(&format!("-disposition:a:{i}"), track));
+            if self.is_piped() || !container.takes_sound(&track.codec) {
                 args.extend(container.sound_encoder(i));
                 continue;
             }
@@ -131,11 +197,16 @@ impl Streams {
             args.extend(arguments([&"-map", &format!("1:{}", track.index)]));
             args.extend(arguments([&format!("-c:s:{i}"), encoder]));
             args.extend(metadata(&format!("-metadata:s:s:{i}"), &titled(track, container)));
+            args.extend(disposition(&format!("-disposition:s:{i}"), track));
         }
         args.extend(metadata("-metadata", &extras.metadata));
         let some = !chapters(&extras.chapters, self.source.start, end).is_empty();
         let input = if self.has_media() { "2" } else { "1" };
         args.extend(arguments([&"-map_chapters", &if some { input } else { "-1" }]));
+        if self.is_piped() && self.source.cut && self.has_media() {
+            // Sound that was sent already may go on after the picture.
+            args.extend(arguments([&"-shortest"]));
+        }
         args
     }
 
@@ -159,13 +230,19 @@ impl Streams {
 }
 
 /// The tags of `track`. In QuickTime's containers ffmpeg loses titles; players show the handler's name for one.
-fn titled(track: &MediaTrack, container: Container) -> Metadata {
+fn titled(track: &MediaTrack, container: &Container) -> Metadata {
     let mut tags = track.metadata.clone();
     let title = tags.iter().find(|(key, _)| key == "title").map(|(_, title)| title.clone());
     if let Some(title) = title.filter(|_| container.is_quicktime()) {
         tags.push(("handler_name".into(), title));
     }
     tags
+}
+
+/// Option `option` that says what `track` is for.
+fn disposition(option: &str, track: &MediaTrack) -> Vec<OsString> {
+    let words = track.disposition.join("+");
+    arguments([&option, &if words.is_empty() { "0" } else { words.as_str() }])
 }
 
 /// Options `option` that set `pairs`.

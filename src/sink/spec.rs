@@ -20,6 +20,10 @@ pub struct VideoOptions {
     pub encoder_preset: Option<String>,
     /// Whether the sound of the source is kept. Default true.
     pub audio: bool,
+    /// Whether titles, dates, chapters, languages and timecodes of the source are kept. Default true.
+    pub metadata: bool,
+    /// Whether HDR stays HDR, of 10 bits, as HEVC unless another codec is named. Default false.
+    pub hdr: bool,
     /// Further options of ffmpeg, in front of the output file. Default none.
     pub ffmpeg_args: Vec<String>,
     /// The ffmpeg to use. Default: the one on the search path.
@@ -36,6 +40,8 @@ impl Default for VideoOptions {
             crf: None,
             encoder_preset: None,
             audio: true,
+            metadata: true,
+            hdr: false,
             ffmpeg_args: Vec::new(),
             ffmpeg: Ffmpeg::default(),
             gives_way: false,
@@ -55,6 +61,8 @@ pub struct VideoSpec {
     /// Colour tags of a video source, which are kept; without tags the size decides
     /// ([`Coding::of`](crate::colour::Coding::of)). `None` for sources in RGB, which are tagged BT.709.
     pub colour: Option<Colorimetry>,
+    /// Whether pixels may be transparent, which is kept where the container and the encoder can.
+    pub alpha: bool,
     /// The sound to add.
     pub sound: Option<Sound>,
 }
@@ -63,6 +71,6 @@ impl VideoSpec {
     /// Pictures of `size` made from the stream `info`, without sound.
     pub fn of(info: &StreamInfo, size: Size) -> Self {
         let (rate, duration, colour) = (info.rate, info.duration, info.colour.clone());
-        Self { size, rate, duration, colour, sound: None }
+        Self { size, rate, duration, colour, alpha: info.alpha, sound: None }
     }
 }

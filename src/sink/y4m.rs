@@ -44,14 +44,35 @@ impl Y4mSink<io::Stdout> {
     /// # Errors
     /// [`Error::Usage`] when that is a terminal.
     pub(crate) fn standard(info: &StreamInfo) -> Result<Box<dyn Sink>> {
-        let output = io::stdout();
-        if output.is_terminal() {
-            return Err(Error::usage(
-                "standard output is a terminal; pipe it into what reads y4m: polyreel ... -o - | ffplay -",
-            ));
-        }
+        let output = standard_output()?;
         Ok(Box::new(Self::new(output, Path::new("-"), info, info.size, Sampling::Yuv420)?))
     }
+}
+
+impl Y4mSink<File> {
+    /// A stream to the named pipe `path`, for the input `info`. Waits for a reader.
+    ///
+    /// # Errors
+    /// [`Error::Output`] when it cannot be opened.
+    pub(crate) fn pipe(path: &Path, info: &StreamInfo) -> Result<Box<dyn Sink>> {
+        let output = File::options().write(true).open(path);
+        let output = output.map_err(|e| Error::output(path, format!("cannot be opened: {e}")))?;
+        Ok(Box::new(Self::new(output, path, info, info.size, Sampling::Yuv420)?))
+    }
+}
+
+/// Standard output.
+///
+/// # Errors
+/// [`Error::Usage`] when that is a terminal.
+pub(crate) fn standard_output() -> Result<io::Stdout> {
+    let output = io::stdout();
+    if output.is_terminal() {
+        return Err(Error::usage(
+            "standard output is a terminal; pipe it into what reads video: polyreel ... -o - | ffplay -",
+        ));
+    }
+    Ok(output)
 }
 
 /// A y4m stream in a file.

@@ -1,12 +1,13 @@
 //! The command lines that decode a video.
 
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::colour::{Coding, Range};
 use crate::ffmpeg::command;
 use crate::ffmpeg::formats::input_format;
 use crate::ffmpeg::probe::{Pixels, Track};
+use crate::frame::Rational;
 use crate::stream::StreamInfo;
 
 /// ffmpeg's scaler flags: the best quality.
@@ -17,11 +18,53 @@ const SCALING: &str = "bicubic+accurate_rnd+full_chroma_int";
 pub(crate) const TO_SDR: &str = "zscale=t=linear:npl=203:p=bt709,format=gbrpf32le,\
     tonemap=tonemap=mobius:param=0.8:desat=0,zscale=t=bt709:m=bt709:p=bt709:r=tv";
 
+/// Filters from colours of Rec. 2020, of SDR, to BT.709.
+pub(crate) const TO_BT709: &str =
+    "zscale=t=linear,format=gbrpf32le,zscale=t=bt709:m=bt709:p=bt709:r=tv";
+
+/// Sound that goes to another process while the picture is decoded.
+#[derive(Clone, Debug)]
+pub(crate) struct SideSound {
+    /// The named pipe.
+    pub(crate) pipe: PathBuf,
+    /// The numbers of its streams.
+    pub(crate) streams: Vec<u64>,
+    /// The time that becomes 0, in seconds.
+    pub(crate) from: Rational,
+}
+
+impl SideSound {
+    /// Options that decode it and send it.
+    fn output(&self) -> Vec<OsString> {
+        let mut args = Vec::new();
+        for stream in &self.streams {
+            args.extend(command::arguments([&"-map", &format!("0:{stream}")]));
+        }
+        let (num, den) = (self.from.num, self.from.den);
+        // Gaps, as they occur in live sound, become silence.
+        let filter = format!("aresample=async=1,asetpts=PTS-({num}/{den})/TB,atrim=start=0");
+        args.extend(command::arguments([&"-af", &filter, &"-c:a", &"pcm_s16le", &"-f", &"nut"]));
+        args.extend(command::arguments([&"-flush_packets", &"1", &"-y"]));
+        args.push(self.pipe.clone().into());
+        args
+    }
+}
+
 /// Options that decode `track` of `path`, with the properties `info`, from `seconds` after the beginning of its first
 /// stream.
-pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track, seconds: i64) -> Vec<OsString> {
+pub(crate) fn track(
+    path: &Path,
+    info: &StreamInfo,
+    track: &Track,
+    seconds: i64,
+    sound: Option<&SideSound>,
+) -> Vec<OsString> {
     let mut args =
         command::arguments([&"-nostdin", &"-hide_banner", &"-loglevel", &"level+warning"]);
+    if info.live {
+        // ffprobe has looked at it for long enough.
+        args.extend(command::arguments([&"-analyzeduration", &"1000000"]));
+    }
     args.extend(input(path, track, seconds));
     args.extend(picture(info, track));
     args.extend(command::arguments([&"-an", &"-sn", &"-dn"]));
@@ -32,6 +75,7 @@ pub(crate) fn track(path: &Path, info: &StreamInfo, track: &Track, seconds: i64)
     let units = format!("{}:{}", track.time_base.num, track.time_base.den);
     args.extend(command::arguments([&"-fps_mode", &"passthrough", &"-enc_time_base", &units]));
     args.extend(command::arguments([&"-c:v", &"rawvideo", &"-f", &"nut", &"pipe:1"]));
+    args.extend(sound.iter().flat_map(|sound| sound.output()));
     for stream in track.repair.iter().flat_map(|repair| repair.streams.iter().skip(1)) {
         args.extend(read_along(0, *stream));
     }

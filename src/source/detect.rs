@@ -26,7 +26,7 @@ pub(crate) enum Kind {
 }
 
 /// Number of bytes that distinguish all kinds.
-const MAGIC: usize = 16;
+pub(crate) const MAGIC: usize = 16;
 
 /// Extensions of the pictures that can be read. Files of a folder with one of these must be pictures, whatever they
 /// hold.
@@ -106,7 +106,8 @@ fn why(error: &std::io::Error) -> String {
     }
 }
 
-fn kind(magic: &[u8]) -> Kind {
+/// The kind of what begins with `magic`.
+pub(crate) fn kind(magic: &[u8]) -> Kind {
     let webp = magic.starts_with(b"RIFF") && magic.get(8..12) == Some(b"WEBP".as_slice());
     match magic {
         [0x89, b'P', b'N', b'G', ..] => Kind::Picture(ImageFormat::Png),

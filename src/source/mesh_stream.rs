@@ -1,11 +1,10 @@
 //! Mesh streams as an input: as meshes for who paints them anew, as pictures for everybody else.
 
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Cursor, IsTerminal, Read};
+use std::io::{self, BufRead, BufReader, IsTerminal, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use super::{Decoded, Input, Source, detect, y4m};
+use super::{Decoded, Input, Source, detect};
 use crate::error::{Error, Result};
 use crate::frame::{Colorimetry, Frame, Rational};
 use crate::look;
@@ -180,18 +179,9 @@ pub(crate) fn open_standard() -> Result<Input> {
 ///
 /// # Errors
 /// When it is neither.
-pub(crate) fn open_pipe(path: PathBuf) -> Result<Input> {
-    let failed = |e: io::Error| Error::input(&path, format!("cannot be read: {e}")).caused_by(e);
-    let mut pipe = detect::open(&path)?;
-    let mut start = Vec::with_capacity(MAGIC.len());
-    Read::by_ref(&mut pipe).take(MAGIC.len() as u64).read_to_end(&mut start).map_err(failed)?;
-    let is_mesh_stream = start == MAGIC;
-    let input: io::Chain<Cursor<Vec<u8>>, File> = Cursor::new(start).chain(pipe);
-    if is_mesh_stream {
-        let input = Box::new(BufReader::with_capacity(1 << 16, input));
-        return Ok(piped(MeshSource::new(input, &path)?, Arc::from([path])));
-    }
-    y4m::open_pipe(input, path)
+pub(crate) fn open_pipe(pipe: Box<dyn Read + Send>, path: PathBuf) -> Result<Input> {
+    let input = Box::new(BufReader::with_capacity(1 << 16, pipe));
+    Ok(piped(MeshSource::new(input, &path)?, Arc::from([path])))
 }
 
 fn piped(source: MeshSource, paths: Arc<[PathBuf]>) -> Input {

@@ -32,8 +32,10 @@ mod trim;
 mod warmup;
 mod webp;
 pub mod y4m;
+mod y4m_samples;
 
 use std::ffi::OsStr;
+use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
@@ -43,6 +45,8 @@ use crate::error::{Error, Result};
 use crate::ffmpeg::Ffmpeg;
 #[cfg(feature = "ffmpeg")]
 use crate::ffmpeg::probe::SoundTracks;
+#[cfg(feature = "ffmpeg")]
+use crate::ffmpeg::side::SoundPipe;
 use crate::frame::{Frame, Rational};
 use crate::memory;
 use crate::stream::{Span, StreamInfo};
@@ -124,6 +128,9 @@ pub struct SourceOptions {
     pub ffmpeg: Ffmpeg,
     /// Whether HDR video is converted to SDR, for outputs without HDR. Default: no.
     pub to_sdr: bool,
+    /// With [`SourceOptions::to_sdr`], whether colours of a wide gamut are converted to BT.709, for outputs without
+    /// colour tags. Default: no.
+    pub to_bt709: bool,
     /// Whether GIF delays of 0 and 1 hundredths of a second become ten hundredths, as in browsers. Default: no.
     pub browser_delays: bool,
 }
@@ -141,6 +148,9 @@ pub struct Sound {
     /// Its tracks, if they are known already.
     #[cfg(feature = "ffmpeg")]
     pub(crate) tracks: Option<SoundTracks>,
+    /// Where it comes from if its source can be read only once: from the process that decodes the picture.
+    #[cfg(feature = "ffmpeg")]
+    pub(crate) pipe: Option<SoundPipe>,
 }
 
 impl Sound {
@@ -152,6 +162,8 @@ impl Sound {
             cut,
             #[cfg(feature = "ffmpeg")]
             tracks: None,
+            #[cfg(feature = "ffmpeg")]
+            pipe: None,
         }
     }
 }
@@ -169,6 +181,7 @@ pub struct Input {
     sound: Option<Sound>,
     repeats: bool,
     warnings: Vec<String>,
+    notes: Vec<String>,
     /// The meshes behind its pictures, where it is a mesh stream.
     meshes: Option<mesh_stream::Opened>,
     start: Starter,
@@ -194,6 +207,7 @@ impl Input {
             sound: None,
             repeats,
             warnings: Vec::new(),
+            notes: Vec::new(),
             meshes: None,
             start: Box::new(start),
         }
@@ -240,6 +254,17 @@ impl Input {
     /// The sound of the part that is read, if it can be read alongside the frames.
     pub fn sound(&self) -> Option<&Sound> {
         self.sound.as_ref()
+    }
+
+    /// The same with what was found in it.
+    #[cfg(feature = "ffmpeg")]
+    pub(crate) fn with_notes(self, notes: Vec<String>) -> Self {
+        Self { notes, ..self }
+    }
+
+    /// What was found in the input besides frames, and what is done with it, in words.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
     }
 
     /// What of the input is left out, in sentences.
@@ -305,8 +330,14 @@ fn recognised(inputs: &[&OsStr], part: Option<Part>, options: &SourceOptions) ->
         let path = Path::new("-");
         return if mesh_stream::waits_on_standard_input() {
             within_memory(mesh_stream::open_standard()?, path, options)
-        } else {
+        } else if y4m::waits_on_standard_input() {
             within_memory(y4m::open_standard()?, path, options)
+        } else {
+            within_memory(
+                ffmpeg::open_pipe(path, Box::new(std::io::stdin()), options)?,
+                path,
+                options,
+            )
         };
     }
     if let [one] = inputs
@@ -336,13 +367,31 @@ fn recognised(inputs: &[&OsStr], part: Option<Part>, options: &SourceOptions) ->
         Kind::Picture(format) => sequence::open_still(path, format, options),
         Kind::MeshStream => within_memory(mesh_stream::open(path.clone())?, &path, options),
         Kind::Y4m => within_memory(y4m::open(path.clone())?, &path, options),
-        Kind::Stream => within_memory(mesh_stream::open_pipe(path.clone())?, &path, options),
+        Kind::Stream => within_memory(open_pipe(&path, options)?, &path, options),
         Kind::Other => {
             let picture = detect::is_called_picture(&path);
             let video = ffmpeg::open(path.clone(), options)
                 .map_err(|error| if picture { detect::no_picture(path.clone()) } else { error })?;
             within_memory(video, &path, options)
         }
+    }
+}
+
+/// Opens what comes out of the named pipe `path`, by its first bytes.
+fn open_pipe(path: &Path, options: &SourceOptions) -> Result<Input> {
+    let failed = |e: io::Error| Error::input(path, format!("cannot be read: {e}")).caused_by(e);
+    let mut pipe = detect::open(path)?;
+    let mut start = Vec::with_capacity(detect::MAGIC);
+    let most = detect::MAGIC as u64;
+    Read::by_ref(&mut pipe).take(most).read_to_end(&mut start).map_err(failed)?;
+    let kind = detect::kind(&start);
+    let is_empty = start.is_empty();
+    let input = Cursor::new(start).chain(pipe);
+    match kind {
+        Kind::MeshStream => mesh_stream::open_pipe(Box::new(input), path.to_owned()),
+        Kind::Y4m => y4m::open_pipe(input, path.to_owned()),
+        _ if is_empty => y4m::open_pipe(input, path.to_owned()),
+        _ => ffmpeg::open_pipe(path, Box::new(input), options),
     }
 }
 

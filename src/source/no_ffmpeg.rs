@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
+use std::io::Read;
+
 use super::{Input, SourceOptions};
 
 /// Whether `path` is for ffmpeg to open: nothing is.
@@ -21,4 +23,16 @@ pub(crate) fn open(path: PathBuf, _options: &SourceOptions) -> Result<Input> {
         "is no picture that is read without ffmpeg, and this polyreel was built without it: build it with \
          --features ffmpeg",
     ))
+}
+
+/// Refuses what comes out of the pipe `path`.
+///
+/// # Errors
+/// Always.
+pub(crate) fn open_pipe(
+    path: &Path,
+    _pipe: Box<dyn Read + Send>,
+    options: &SourceOptions,
+) -> Result<Input> {
+    open(path.to_owned(), options)
 }

@@ -1,7 +1,8 @@
 //! Reads YUV4MPEG2 (y4m), the raw video of pipes: a line of text, then the planes of each frame after a line of its
 //! own.
 //!
-//! 8 bits: 4:2:0 (sited as JPEG, MPEG-2 or PAL DV), 4:2:2, 4:4:4, 4:4:4 with alpha, and mono. The
+//! 4:2:0 (sited as JPEG, MPEG-2 or PAL DV), 4:1:1, 4:2:2, 4:4:4, 4:4:4 with alpha, and mono; of 8 bits, and all but
+//! 4:1:1 of up to 16, which become 8. The
 //! range is that of `XCOLORRANGE=FULL` or `LIMITED`, by default limited. There is no field for the matrix: the size
 //! decides it ([`Coding::of`]). The frame rate is constant. Reference: yuv4mpeg(5) of mjpegtools, and ffmpeg's reader
 //! and writer.
@@ -13,10 +14,11 @@ use std::sync::Arc;
 
 use image::imageops::{self, FilterType};
 
-use crate::colour::{Coding, Form, Layout, Planes, Sampling, Siting, to_rgba};
+use crate::colour::{Coding, Form, Layout, Planes, to_rgba};
 use crate::error::{Error, Result};
 use crate::frame::{Buffers, Colorimetry, Frame, Rational, check_size};
 use crate::geom::Size;
+use crate::source::y4m_samples::{self, Samples};
 use crate::source::{Decoded, Input, Source, detect};
 use crate::stream::{Loops, Span, StreamInfo};
 
@@ -36,6 +38,8 @@ pub struct Y4mSource<R> {
     info: StreamInfo,
     header: Header,
     planes: Vec<u8>,
+    /// The bytes of a frame whose samples must be converted.
+    raw: Vec<u8>,
     /// Of a recycled frame.
     buffers: Buffers,
     count: u64,
@@ -47,6 +51,7 @@ pub struct Y4mSource<R> {
 #[derive(Clone, Debug, PartialEq)]
 struct Header {
     layout: Layout,
+    samples: Samples,
     rate: Rational,
     /// Width of a pixel by its height.
     aspect: Rational,
@@ -70,6 +75,18 @@ pub(crate) fn open_standard() -> Result<Input> {
         ));
     }
     Ok(piped(Y4mSource::new(input, Path::new("-"))?, Arc::from([])))
+}
+
+/// Whether y4m waits on standard input, or nothing that could be something else. Nothing is taken from it.
+pub(crate) fn waits_on_standard_input() -> bool {
+    let input = io::stdin();
+    if input.is_terminal() {
+        return true;
+    }
+    input
+        .lock()
+        .fill_buf()
+        .is_ok_and(|bytes| bytes.is_empty() || MAGIC.starts_with(bytes) || bytes.starts_with(MAGIC))
 }
 
 /// Opens y4m that comes out of `pipe`, which is called `path`.
@@ -113,7 +130,7 @@ fn piped<R: Read + Send + 'static>(source: Y4mSource<R>, paths: Arc<[PathBuf]>) 
 impl Y4mSource<File> {
     /// Finds the number of frames from the length of the file.
     fn count_frames(&mut self) {
-        let frame = self.header.layout.bytes() as u64 + "FRAME\n".len() as u64;
+        let frame = self.header.samples.bytes(&self.header.layout) as u64 + "FRAME\n".len() as u64;
         let Ok(file) = self.input.get_ref().metadata() else { return };
         let bytes = file.len().saturating_sub(self.header.bytes);
         // Frame lines may have parameters, and the file may be truncated: then the number is unknown.
@@ -165,6 +182,7 @@ impl<R: Read> Y4mSource<R> {
             info,
             header,
             planes: Vec::new(),
+            raw: Vec::new(),
             buffers: Buffers::default(),
             count: 0,
             from: Rational::ZERO,
@@ -202,7 +220,21 @@ impl<R: Read> Y4mSource<R> {
 
     /// Reads the planes of a frame. New memory is allocated only as data arrives, since the header may be wrong.
     fn fill_planes(&mut self) -> io::Result<()> {
-        let bytes = self.header.layout.bytes();
+        let Header { layout, samples, .. } = self.header;
+        let full = self.header.range.as_deref() == Some("pc");
+        if samples.is_plain() {
+            return self.fill(layout.bytes());
+        }
+        std::mem::swap(&mut self.planes, &mut self.raw);
+        let filled = self.fill(samples.bytes(&layout));
+        std::mem::swap(&mut self.planes, &mut self.raw);
+        filled?;
+        samples.convert(&layout, full, &self.raw, &mut self.planes);
+        Ok(())
+    }
+
+    /// Reads `bytes` bytes.
+    fn fill(&mut self, bytes: usize) -> io::Result<()> {
         let known = self.planes.capacity().min(bytes);
         self.planes.resize(known, 0);
         self.input.read_exact(&mut self.planes)?;
@@ -303,23 +335,15 @@ fn parse(line: &str) -> Result<Header, String> {
             _ => {}
         }
     }
-    let (sampling, siting, alpha) = match space {
-        "420" | "420jpeg" => (Sampling::Yuv420, Siting::Centre, false),
-        "420mpeg2" | "420paldv" => (Sampling::Yuv420, Siting::Left, false),
-        "422" => (Sampling::Yuv422, Siting::Left, false),
-        "444" => (Sampling::Yuv444, Siting::Left, false),
-        "444alpha" => (Sampling::Yuv444, Siting::Left, true),
-        "mono" => (Sampling::Gray, Siting::Left, false),
-        other => {
-            return Err(format!(
-                "y4m in '{other}' is not read, only 8 bits of 420, 422, 444, 444alpha or mono; \
-                 with ffmpeg: -pix_fmt yuv420p"
-            ));
-        }
-    };
+    let known = y4m_samples::parse(space).ok_or_else(|| {
+        format!(
+            "y4m in '{space}' is not read, only 420, 411, 422, 444, 444alpha or mono; with ffmpeg: -pix_fmt yuv420p"
+        )
+    });
+    let (samples, sampling, siting, alpha) = known?;
     let layout = Layout { size: Size::new(width, height), sampling, siting, alpha };
     let bytes = line.len() as u64 + 1;
-    Ok(Header { layout, rate, aspect, range, bytes })
+    Ok(Header { layout, samples, rate, aspect, range, bytes })
 }
 
 /// A fraction such as `30000:1001`; inner `None` for `0:0`, which means unknown. 32-bit parts keep times exact.
@@ -355,7 +379,7 @@ mod tests {
     fn wrong_headers_say_what_is_wrong() {
         for (header, part) in [
             ("RIFF\n", "YUV4MPEG2"),
-            ("YUV4MPEG2 W4 H4 C420p10\n", "420p10"),
+            ("YUV4MPEG2 W4 H4 C410\n", "410"),
             ("YUV4MPEG2 W4 Hx\n", "Hx"),
             ("YUV4MPEG2 W4\n", "no pixels"),
             ("YUV4MPEG2 W99999 H4\n", "larger"),

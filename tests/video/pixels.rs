@@ -98,6 +98,7 @@ fn rgb_pictures_become_tagged_video() {
         rate: Some(Rational::new(10, 1)),
         duration: None,
         colour: None,
+        alpha: false,
         sound: None,
     };
     let mut sink = Box::new(VideoSink::create(&out, spec, &fast()).expect("an encoder"));

@@ -22,6 +22,7 @@ fn encoder(dir: &TempDir, ffmpeg: PathBuf, ffmpeg_args: &[&str]) -> Box<VideoSin
         rate: Some(Rational::new(10, 1)),
         duration: None,
         colour: Some(Colorimetry::default()),
+        alpha: false,
         sound: None,
     };
     let mut options = fast();

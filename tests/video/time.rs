@@ -72,7 +72,8 @@ fn codecs_by_name() {
     ] {
         let out = dir.path().join(format!("out.{extension}"));
         let rate = Some(Rational::new(10, 1));
-        let spec = VideoSpec { size, rate, duration: None, colour: None, sound: None };
+        let spec =
+            VideoSpec { size, rate, duration: None, colour: None, alpha: false, sound: None };
         let video = VideoOptions { codec: Some(codec.into()), ..VideoOptions::default() };
         let options = SinkOptions { overwrite: true, video, ..SinkOptions::default() };
         let mut sink = Box::new(VideoSink::create(&out, spec, &options).expect(codec));
@@ -97,6 +98,7 @@ fn a_long_last_frame_stays_long() {
             rate: Some(Rational::new(10, 1)),
             duration: None,
             colour: None,
+            alpha: false,
             sound: None,
         };
         let mut sink =

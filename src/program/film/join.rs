@@ -166,7 +166,7 @@ fn sink_options(
         sound: own.or_else(|| input.sound().cloned()),
         look: look.clone(),
         seams: Seams::ALL.into_iter().find(|s| s.name() == seams).unwrap_or_default(),
-        folder_format: write.format.clone(),
+        format: write.format.clone(),
         unfinished: work.unfinished.clone(),
         ..SinkOptions::default()
     })

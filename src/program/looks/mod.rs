@@ -125,6 +125,7 @@ fn open(args: &LooksArgs, start: Option<Rational>, interrupt: &Interrupt) -> Res
         max_memory: args.max_memory,
         ffmpeg: Ffmpeg { program: args.ffmpeg.clone(), processes: interrupt.processes() },
         to_sdr: true,
+        to_bt709: true,
         ..SourceOptions::default()
     };
     let input = source::open(&[&args.input], &wanted)?;

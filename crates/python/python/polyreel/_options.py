@@ -127,7 +127,10 @@ class FileOptions(LookOptions, total=False):
     background: Colour | None
     """What shows through transparent pixels in formats that have none, JPEG for one [default: white]"""
     format: Text | None
-    """Format of the pictures that go to a folder: png, svg, jpg, webp, bmp, tiff [default: png]"""
+    """Format of the output, whatever its name: of pictures that go to a folder png, svg, jpg, webp, bmp, tiff; of
+    a video an extension (ts, mkv) or a muxer of ffmpeg (mpegts) [default: by the name; in a folder png]"""
+    lossy: Text | None
+    """Quality of JPEG, and of WebP in place of lossless, 1 to 100 [default: JPEG 90, WebP lossless]"""
     scale: float | None
     """Draw from the mesh at S times the size: 2 is twice as wide, and crisp [default: 1]"""
     sound: Path | None
@@ -150,6 +153,10 @@ class FileOptions(LookOptions, total=False):
     """Effort, by x264's names: ultrafast to placebo [default: the encoder's own]"""
     no_audio: bool | None
     """Leave the sound out [default: copied if the container takes it, else encoded again]"""
+    no_metadata: bool | None
+    """Leave out title, date, chapters, timecode, and languages and titles of tracks [default: kept]"""
+    hdr: bool | None
+    """Keep HDR as HDR: HEVC or AV1 of 10 bits, with its tags [default: its tones become SDR]"""
     ffmpeg_args: Text | None
     """More options for ffmpeg's output, in one word: '-tune animation -b:a 96k' [default: none]"""
     threads: Text | None

@@ -1,0 +1,95 @@
+//! A pipe by which the ffmpeg that decodes a picture hands its sound to the one that encodes: for inputs that can be
+//! read only once.
+
+use std::fs::File;
+use std::io;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use tempfile::TempDir;
+
+/// The pipe, once somebody wants it. Clones are the same one.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SoundPipe(Arc<Mutex<Option<Fifo>>>);
+
+#[derive(Debug)]
+struct Fifo {
+    /// Removed, with the pipe, when the last clone goes.
+    folder: TempDir,
+    /// Its end for reading is kept open, so that the writer need not wait for the reader. Nothing is read from it.
+    _reader: File,
+}
+
+/// Pipes are equal when they are the same pipe.
+impl PartialEq for SoundPipe {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl SoundPipe {
+    fn fifo(&self) -> MutexGuard<'_, Option<Fifo>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Makes it, for who reads.
+    ///
+    /// # Errors
+    /// When the system has no named pipes, or does not give one.
+    #[cfg(unix)]
+    pub(crate) fn open(&self) -> io::Result<()> {
+        use rustix::fs::{CWD, FileType, Mode, OFlags, mknodat, open};
+        let folder = tempfile::Builder::new().prefix(".polyreel-").tempdir()?;
+        let path = folder.path().join(NAME);
+        mknodat(CWD, &path, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0)?;
+        let reader =
+            open(&path, OFlags::RDONLY | OFlags::NONBLOCK | OFlags::CLOEXEC, Mode::empty())?;
+        *self.fifo() = Some(Fifo { folder, _reader: reader.into() });
+        Ok(())
+    }
+
+    /// There is none here.
+    ///
+    /// # Errors
+    /// Always.
+    #[cfg(not(unix))]
+    pub(crate) fn open(&self) -> io::Result<()> {
+        Err(io::ErrorKind::Unsupported.into())
+    }
+
+    /// Its path, if somebody reads it.
+    pub(crate) fn path(&self) -> Option<PathBuf> {
+        self.fifo().as_ref().map(|fifo| fifo.folder.path().join(NAME))
+    }
+
+    /// The folder that it is in, if it was made.
+    pub(crate) fn folder(&self) -> Option<PathBuf> {
+        self.fifo().as_ref().map(|fifo| fifo.folder.path().to_owned())
+    }
+}
+
+const NAME: &str = "sound";
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use std::io::{Read, Write};
+
+    #[test]
+    fn a_writer_need_not_wait_and_a_reader_sees_the_end() {
+        let pipe = SoundPipe::default();
+        assert_eq!(pipe.path(), None);
+        pipe.open().expect("a pipe");
+        let path = pipe.path().expect("a path");
+        let mut writer = File::options().write(true).open(&path).expect("a reader is there");
+        let mut reader = File::open(&path).expect("a writer is there");
+        writer.write_all(b"la").expect("room");
+        drop(writer);
+        let mut heard = Vec::new();
+        reader.read_to_end(&mut heard).expect("the end");
+        assert_eq!(heard, b"la");
+        let folder = pipe.folder().expect("a folder");
+        drop(pipe);
+        assert!(!folder.exists());
+    }
+}
