@@ -44,6 +44,10 @@ impl SoundPipe {
         mknodat(CWD, &path, FileType::Fifo, Mode::RUSR | Mode::WUSR, 0)?;
         let reader =
             open(&path, OFlags::RDONLY | OFlags::NONBLOCK | OFlags::CLOEXEC, Mode::empty())?;
+        // Sound waits in it until the first picture is there, several seconds where a stream is joined between two key
+        // frames. Refused if the user has too many pipes: then there is less room.
+        #[cfg(target_os = "linux")]
+        let _ = rustix::pipe::fcntl_setpipe_size(&reader, ROOM);
         *self.fifo() = Some(Fifo { folder, _reader: reader.into() });
         Ok(())
     }
@@ -69,6 +73,9 @@ impl SoundPipe {
 }
 
 const NAME: &str = "sound";
+/// Bytes: six seconds of stereo.
+#[cfg(target_os = "linux")]
+const ROOM: usize = 1 << 20;
 
 #[cfg(all(test, unix))]
 mod tests {

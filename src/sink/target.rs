@@ -33,6 +33,7 @@ impl Target {
     }
 
     /// Whether it is watched while it is written, so that frames of a live source must not come late.
+    #[cfg(feature = "ffmpeg")]
     pub(crate) fn is_live(self) -> bool {
         self != Self::Pipe
     }

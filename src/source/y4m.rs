@@ -57,6 +57,8 @@ struct Header {
     aspect: Rational,
     /// `XCOLORRANGE`, by ffmpeg's names.
     range: Option<String>,
+    /// Whether fields of a frame belong to different times.
+    is_interlaced: bool,
     /// Length of the line.
     bytes: u64,
 }
@@ -108,6 +110,7 @@ pub(crate) fn open(path: PathBuf) -> Result<Input> {
     source.count_frames();
     let paths = Arc::from([path.clone()]);
     let info = source.info.clone();
+    let warning = source.warning();
     // The first pass continues after the header, which has been read.
     let mut first = Some(source);
     Ok(Input::new(paths, info, move || {
@@ -115,16 +118,19 @@ pub(crate) fn open(path: PathBuf) -> Result<Input> {
             Some(source) => source,
             None => Y4mSource::new(detect::open(&path)?, &path)?,
         }))
-    }))
+    })
+    .with_warning(warning))
 }
 
 fn piped<R: Read + Send + 'static>(source: Y4mSource<R>, paths: Arc<[PathBuf]>) -> Input {
+    let warning = source.warning();
     let (info, mut first) = (source.info.clone(), Some(source));
     Input::new(paths, info, move || match first.take() {
         Some(source) => Ok(Box::new(source)),
         None => Err(Error::usage("a pipe can be read only once")),
     })
     .once()
+    .with_warning(warning)
 }
 
 impl Y4mSource<File> {
@@ -192,6 +198,16 @@ impl<R: Read> Y4mSource<R> {
     /// The properties of the stream, from its header.
     pub fn info(&self) -> &StreamInfo {
         &self.info
+    }
+
+    /// What is said of frames that are left as they are.
+    fn warning(&self) -> Option<String> {
+        self.header.is_interlaced.then(|| {
+            format!(
+                "{}: is interlaced, and stays so: ffmpeg -vf bwdif deinterlaces it",
+                self.path.display()
+            )
+        })
     }
 
     /// Reads the planes of the next frame; false at the end.
@@ -317,6 +333,7 @@ fn parse(line: &str) -> Result<Header, String> {
     }
     let (mut width, mut height, mut space) = (0, 0, "420jpeg");
     let (mut rate, mut aspect, mut range) = (DEFAULT_RATE, Rational::new(1, 1), None);
+    let mut is_interlaced = false;
     for field in fields.filter(|field| !field.is_empty()) {
         let Some((tag, value)) = field.split_at_checked(1) else { continue };
         let wrong = || format!("the y4m header has an impossible '{field}'");
@@ -331,7 +348,8 @@ fn parse(line: &str) -> Result<Header, String> {
                 Some("LIMITED") => range = Some("tv".to_string()),
                 _ => {}
             },
-            // Interlacing is ignored. Other fields are comments.
+            "I" => is_interlaced = matches!(value, "t" | "b" | "m"),
+            // Other fields are comments.
             _ => {}
         }
     }
@@ -343,7 +361,7 @@ fn parse(line: &str) -> Result<Header, String> {
     let (samples, sampling, siting, alpha) = known?;
     let layout = Layout { size: Size::new(width, height), sampling, siting, alpha };
     let bytes = line.len() as u64 + 1;
-    Ok(Header { layout, samples, rate, aspect, range, bytes })
+    Ok(Header { layout, samples, rate, aspect, range, is_interlaced, bytes })
 }
 
 /// A fraction such as `30000:1001`; inner `None` for `0:0`, which means unknown. 32-bit parts keep times exact.

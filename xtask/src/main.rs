@@ -1,7 +1,8 @@
-//! Tasks of development, `cargo xtask NAME`: packing a release, and measuring constants again.
+//! Tasks of development, `cargo xtask NAME`: packing a release, installing the plug-in, and measuring constants again.
 
 mod corpus;
 mod dist;
+mod install;
 mod measure;
 mod run;
 
@@ -12,6 +13,7 @@ type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 const HELP: &str = "\
 cargo xtask dist [linux] [windows]   pack the program, completions, man pages and licences (both systems)
+cargo xtask install-frei0r [FOLDER]  build the frei0r plug-in and install it for this user (~/.frei0r-1/lib)
 cargo xtask measure                  list the constants that can be measured
 cargo xtask measure NAME [--frames N] [--clips WORD]
                                      measure one again, on the clips whose names contain WORD
@@ -22,6 +24,8 @@ fn main() -> ExitCode {
     let args: Vec<&str> = args.iter().map(String::as_str).collect();
     let done = match args[..] {
         ["dist", ref systems @ ..] => dist::dist(systems),
+        ["install-frei0r"] => install::frei0r(None),
+        ["install-frei0r", folder] => install::frei0r(Some(folder)),
         ["measure"] => measure::list(),
         ["measure", name, ref options @ ..] => measure::measure(name, options),
         ["corpus"] => corpus::print(),
