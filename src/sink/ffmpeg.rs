@@ -104,6 +104,10 @@ impl VideoSink {
         let fail = |what: String| Error::output(path, what);
         let mut child = Child::ffmpeg(ffmpeg, &args)
             .map_err(|error| fail(error.to_string()).caused_by(error))?;
+        if streams.as_ref().is_some_and(Streams::is_piped) {
+            // It waits for sound of another process, which may wait for a network.
+            child.be_patient();
+        }
         if options.gives_way {
             // When the stages before it have to wait for their turn it runs dry, and then a core has
             // nothing to do.
