@@ -54,7 +54,7 @@ const GRAIN: f64 = 2.0;
 /// A clip of the film, all but lossless.
 fn make(clip: &Path, size: Size) {
     let rate = Some(Rational::new(25, 1));
-    let spec = VideoSpec { size, rate, duration: None, colour: None, sound: None };
+    let spec = VideoSpec { size, rate, duration: None, colour: None, alpha: false, sound: None };
     let mut sink = Box::new(VideoSink::create(clip, spec, &encoding(12)).expect("a sink"));
     for number in 0..FRAMES {
         let start = Rational::new(number as i64, 25);
