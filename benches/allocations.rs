@@ -146,7 +146,7 @@ fn ends(size: Size, film: &[Frame]) {
     let folder = tempfile::tempdir().expect("a folder");
     let clip = folder.path().join("clip.mp4");
     let rate = Some(Rational::new(25, 1));
-    let spec = VideoSpec { size, rate, duration: None, colour: None, sound: None };
+    let spec = VideoSpec { size, rate, duration: None, colour: None, alpha: false, sound: None };
     let sink = VideoSink::create(&clip, spec, &SinkOptions::default()).expect("a sink");
     let mut sink = Box::new(sink);
     let mut encode = Asked::default();
