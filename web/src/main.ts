@@ -91,6 +91,8 @@ class Page {
     const stage = element('stage');
     stage.dataset.kind = source.kind;
     this.controls.sized(source.width, source.height);
+    // What the worker has not sent yet is not the last source's.
+    Object.assign(element<HTMLCanvasElement>('before'), { width: 1, height: 1 });
     this.painting.open(source.width, source.height);
     if (this.store.state.mask) this.store.paint(null);
     this.compare.set(false);

@@ -108,8 +108,11 @@ export class Show {
     try {
       const job = { settings, mask, width, height, most, goesOn, isDraft, frame };
       const rendered = await this.worker.ask('render', job, transfer);
-      show(this.canvas, rendered.picture);
-      if (rendered.source) show(this.before, rendered.source);
+      if (source === this.source) {
+        show(this.canvas, rendered.picture);
+        if (rendered.source) show(this.before, rendered.source);
+        this.stage.dataset.shown = source.name;
+      }
       this.times.push(performance.now());
       this.stage.dataset.pictures = String(++this.pictures);
       this.stage.dataset.milliseconds = rendered.milliseconds.toFixed(1);

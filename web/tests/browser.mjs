@@ -103,9 +103,9 @@ export const settled = (page, size) =>
 
 /** Opens a file of `folder` as a person would. */
 export async function pick(page, name) {
-  const before = await pictures(page);
   await page.setInputFiles('#picker', join(folder, name));
-  await drawn(page, before + 1);
+  // The sample's picture may still come before it.
+  await page.waitForFunction(wanted => document.getElementById('stage').dataset.shown === wanted, name);
   await shown(page);
 }
 

@@ -101,6 +101,14 @@ test('an animation plays, and is exported as a film', { skip }, async () => {
   const { context, page, faults } = await open(browser, site.address);
   await pick(page, 'planet.gif');
   await drawn(page, (await pictures(page)) + 5);
+  // Thumbnails are of this animation, whose middle is an orange planet, and not of the sample.
+  await page.waitForFunction(() => {
+    const canvas = document.createElement('canvas');
+    const context = canvas.getContext('2d');
+    context.drawImage(document.querySelectorAll('.look canvas')[0], 0, 0, 30, 20);
+    const [red, , blue] = context.getImageData(13, 9, 1, 1).data;
+    return red > 100 && red > blue + 30;
+  });
   const frames = Number(probe('planet.gif').streams[0].nb_read_frames);
   const film = probe((await save(page, 'webm')).path);
   assert.equal(Number(of(film, 'video').nb_read_frames), frames);
