@@ -19,14 +19,16 @@ class LookOptions(TypedDict, total=False):
     method: Literal["hrlp", "help", "hslp", "rlp", "entropy", "pic2polyart"] | None
     """How feature points and seeds are found [default: hrlp]"""
     points: Text | None
-    """Seeds of a frame: a count (2000), a share of its pixels (1.5%), or auto: the fewest, to 2 %, that reach
-    --error on the first frame; they stay for the frames after it [default: 0.8%]"""
+    """Seeds of a frame: a count (2000), a count for a picture of 1024 x 1024 that grows slightly with the size
+    (1200@1MP), a share of its pixels (1.5%), or auto: the fewest, to 2 %, that reach --error on the first
+    frame; they stay for the frames after it [default: 1200@1MP]"""
     seed: int | None
     """Decides all chance: the same seed gives the same bytes [default: 0]"""
     coherence: float | None
     """How firmly a frame holds to the one before, 0 (each frame alone) to 1 (least flicker) [default: 0.4]"""
-    quality: Literal["draft", "normal", "best"] | None
-    """How much work goes into refinement: none, most of the gain, all of it [default: normal]"""
+    quality: Literal["auto", "draft", "normal", "best"] | None
+    """How much work goes into refinement: none, most of the gain, all of it; auto is best for a still, normal for
+    a film [default: auto]"""
     refine: int | None
     """Steps of refinement in place of --quality: of a still, and of each frame of an animation, the first of a
     shot getting a few more [default: as --quality]"""
@@ -40,16 +42,22 @@ class LookOptions(TypedDict, total=False):
     """How triangles meet: smooth, a step spread over two pixels, or hard; GIFs always have hard edges [default:
     smooth]"""
     outline: Colour | None
-    """Draw the edges of the mesh, in black or in COLOUR (white, #802040); --outline-width and --outline-contrast
-    draw them, too [default: none]"""
-    outline_width: int | None
-    """Width of the outline in pixels, 1 to 32 [default: 1]"""
+    """Draw the edges of the mesh, in black or in COLOUR (white, #802040, or darker or lighter: tints of the facets
+    beside it); the other options of the outline draw them, too [default: none]"""
+    outline_width: Text | None
+    """Width of the outline: pixels (2, 2px), or a share of the picture's shorter side (0.3%) [default: 1]"""
     outline_contrast: int | None
-    """Draw the outline only where colours differ by more than N of 255; 0 draws all of it [default: 0]"""
+    """Draw the outline the stronger the more colours differ, half as strong where they do by N of 255; 0 draws all
+    of it alike [default: 0]"""
+    outline_opacity: float | None
+    """How opaque the outline is, 0 to 1 [default: 1]"""
+    outline_tint: float | None
+    """How much of the outline's colour is that of the facets beside it, 0 to 1: --outline=white --outline-tint 0.6
+    is a lighter tint of each [default: 0]"""
     saturation: float | None
     """How strong colours are, 0 (grey) to 4 [default: 1]"""
     wash: float | None
-    """How far colours are washed out, 0 (not at all) to 1 (white) [default: 0]"""
+    """How far colours are washed out as by water, 0 (not at all) to 1 (white); black stays [default: 0]"""
     fill: Literal["mean", "median", "centroid", "linear", "gouraud", "none"] | None
     """What triangles are filled with: their mean or median colour, that at their centroid, a plane of colour
     (linear), colours that go on over edges (gouraud), or none: lines on transparency [default: mean]"""
