@@ -332,7 +332,7 @@ mod tests {
         assert_eq!(counts[1], 1200.0);
         // A sprite of few pixels has no more than the paper gives it.
         assert_eq!(count(64), 32.0);
-        assert_eq!(count(1), 1.0);
+        assert_eq!(count(1), 0.0);
     }
 
     #[test]

@@ -62,7 +62,7 @@ fn scaled(count: u32, size: Size) -> usize {
     let pixels = size.pixels() as f64;
     let sprite = (pixels / SPRITE).min(1.0).powf(SHRINKAGE);
     let wanted = f64::from(count) * (pixels / (1024.0 * 1024.0)).powf(GROWTH) * sprite;
-    wanted.min(PAPER_SHARE * pixels).max(1.0) as usize
+    wanted.min(PAPER_SHARE * pixels) as usize
 }
 
 impl std::str::FromStr for Points {

@@ -416,7 +416,7 @@ mod tests {
         let mesh = triangulate(size, &[Point::pixel_centre(9, 5)]).expect("one seed");
         let red = [255, 0, 0, 255];
         let grey = Frame::filled(size, [9, 9, 9, 255]).expect("grey");
-        let painting = rasterise(&mesh, &grey, Edges::Smooth, Some(red));
+        let painting = rasterise(&mesh, &grey, Edges::Hard, Some(red));
         assert_eq!(painting.fills.last().map(|f| f.colour), Some(red));
         assert_eq!(painting.frame.at(0, 0), red);
         assert_eq!(painting.frame.at(9, 5), red);
