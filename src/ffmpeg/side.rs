@@ -5,6 +5,8 @@ use std::fs::File;
 use std::io;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
@@ -17,7 +19,23 @@ struct Fifo {
     /// Removed, with the pipe, when the last clone goes.
     folder: TempDir,
     /// Its end for reading is kept open, so that the writer need not wait for the reader. Nothing is read from it.
-    _reader: File,
+    reader: File,
+    /// So is one for writing, until the picture ends: a reader that comes after the writer has gone would wait for ever.
+    writer: Option<File>,
+}
+
+impl Fifo {
+    /// Whether something waits to be read.
+    #[cfg(unix)]
+    fn holds_bytes(&self) -> bool {
+        rustix::io::ioctl_fionread(&self.reader).is_ok_and(|bytes| bytes > 0)
+    }
+
+    /// Whether something waits to be read.
+    #[cfg(not(unix))]
+    fn holds_bytes(&self) -> bool {
+        false
+    }
 }
 
 /// Pipes are equal when they are the same pipe.
@@ -48,7 +66,8 @@ impl SoundPipe {
         // frames. Refused if the user has too many pipes: then there is less room.
         #[cfg(target_os = "linux")]
         let _ = rustix::pipe::fcntl_setpipe_size(&reader, ROOM);
-        *self.fifo() = Some(Fifo { folder, _reader: reader.into() });
+        let writer = Some(File::options().write(true).open(&path)?);
+        *self.fifo() = Some(Fifo { folder, reader: reader.into(), writer });
         Ok(())
     }
 
@@ -59,6 +78,17 @@ impl SoundPipe {
     #[cfg(not(unix))]
     pub(crate) fn open(&self) -> io::Result<()> {
         Err(io::ErrorKind::Unsupported.into())
+    }
+
+    /// Lets its reader see its end, once the writer has gone and the reader is there: it has read what was written.
+    pub(crate) fn close(&self) {
+        if let Some(fifo) = self.fifo().as_mut().filter(|fifo| fifo.writer.is_some()) {
+            let began = Instant::now();
+            while fifo.holds_bytes() && began.elapsed() < LONGEST {
+                thread::sleep(PAUSE);
+            }
+            fifo.writer = None;
+        }
     }
 
     /// Its path, if somebody reads it.
@@ -73,6 +103,9 @@ impl SoundPipe {
 }
 
 const NAME: &str = "sound";
+/// How long the reader may take to come, and how often it is looked for.
+const LONGEST: Duration = Duration::from_secs(20);
+const PAUSE: Duration = Duration::from_millis(5);
 /// Bytes: six seconds of stereo.
 #[cfg(target_os = "linux")]
 const ROOM: usize = 1 << 20;
@@ -92,8 +125,12 @@ mod tests {
         let mut reader = File::open(&path).expect("a writer is there");
         writer.write_all(b"la").expect("room");
         drop(writer);
-        let mut heard = Vec::new();
-        reader.read_to_end(&mut heard).expect("the end");
+        let reading = thread::spawn(move || {
+            let mut heard = Vec::new();
+            reader.read_to_end(&mut heard).map(|_| heard)
+        });
+        pipe.close();
+        let heard = reading.join().expect("no panic").expect("the end");
         assert_eq!(heard, b"la");
         let folder = pipe.folder().expect("a folder");
         drop(pipe);

@@ -263,6 +263,7 @@ impl Sink for VideoSink {
             return Err(Error::output(self.place.named(), "there is not one frame to write"));
         }
         self.feed.close();
+        self.streams.iter().for_each(Streams::end_pipe);
         let status =
             self.child.wait().map_err(|e| Error::output(self.place.named(), e.to_string()))?;
         // With sound in it, a complaint may be of that: the last step, which looks at the picture

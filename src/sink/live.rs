@@ -31,6 +31,7 @@ pub(crate) struct LiveSink {
     named: PathBuf,
     target: Target,
     spec: VideoSpec,
+    streams: Option<Streams>,
     feed: Feed,
     child: Child,
     playlist: Option<Playlist>,
@@ -108,7 +109,18 @@ impl LiveSink {
             child.stdin().ok_or_else(|| fail("ffmpeg came without standard input".into()))?;
         let feed = Feed::begin(stdin, &encoding, with.background);
         let named = output.to_owned();
-        Ok(Self { named, target, spec, feed, child, playlist, _sound, warnings, is_empty: true })
+        Ok(Self {
+            named,
+            target,
+            spec,
+            streams,
+            feed,
+            child,
+            playlist,
+            _sound,
+            warnings,
+            is_empty: true,
+        })
     }
 
     /// The error of an encoder that takes no more frames, or ended badly.
@@ -158,6 +170,7 @@ impl Sink for LiveSink {
             return Err(Error::output(&self.named, "there is not one frame to write"));
         }
         self.feed.close();
+        self.streams.iter().for_each(Streams::end_pipe);
         let ended = self.child.wait().map_err(|e| Error::output(&self.named, e.to_string()))?;
         if !ended.success() {
             return Err(self.fallen());

@@ -123,6 +123,13 @@ impl Streams {
         self.source.pipe.is_some()
     }
 
+    /// Lets what is piped end.
+    pub(crate) fn end_pipe(&self) {
+        if let Some(pipe) = &self.source.pipe {
+            pipe.close();
+        }
+    }
+
     /// The folder of the pipe that they come through.
     pub(crate) fn folder(&self) -> Option<PathBuf> {
         self.source.pipe.as_ref().and_then(SoundPipe::folder)

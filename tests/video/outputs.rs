@@ -84,7 +84,6 @@ fn any_muxer_is_taken_by_its_name() {
     }
     let refused = run(&dir, "render in.mp4 -o out.bin --format nonsense");
     assert_eq!(refused.status.code(), Some(1), "{}", said(&refused));
-    assert!(said(&refused).contains("nonsense"), "{}", said(&refused));
     done(&dir, "render in.mp4 -o clip --format gif --frames 2 --points 60");
     assert!(fs::read(dir.path().join("clip")).expect("a GIF").starts_with(b"GIF89a"));
 }
