@@ -191,7 +191,10 @@ impl Child {
                 }
             }
             *reaped = status.is_some();
-            watch.ended.notify_all();
+            // Only its end: a watch that is woken counts no tick.
+            if *reaped {
+                watch.ended.notify_all();
+            }
             (*reaped, Ok(()))
         })
     }

@@ -90,12 +90,12 @@ impl Watch {
         let (mut idle, mut before) = (Idle::default(), Seen::default());
         let mut reaped = lock(&self.reaped);
         while !*reaped {
-            reaped = match self.ended.wait_timeout(reaped, TICK) {
-                Ok((guard, _)) => guard,
-                Err(poisoned) => poisoned.into_inner().0,
-            };
-            if *reaped {
-                return;
+            let (guard, waited) =
+                self.ended.wait_timeout(reaped, TICK).unwrap_or_else(PoisonError::into_inner);
+            reaped = guard;
+            // Only whole ticks count.
+            if *reaped || !waited.timed_out() {
+                continue;
             }
             if !self.waiting.load(Ordering::Relaxed) {
                 idle = Idle::default();

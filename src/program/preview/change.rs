@@ -161,7 +161,8 @@ mod tests {
         assert_eq!(press(&hard, Look::Edges), base);
         let refined = press(&base, Look::Refinement(Way::Up));
         assert_eq!(refined, Options { refine: Some(12), ..base.clone() });
-        let points = Points::Count(2304);
+        let points = (base.points.target(SIZE) as f64 * POINTS).round() as u32;
+        let points = Points::Count(points);
         assert_eq!(press(&base, Look::Points(Way::Up)), Options { points, ..base });
     }
 

@@ -74,7 +74,12 @@ impl Length {
             None => (text.strip_suffix("px").unwrap_or(text), false),
         };
         let number: f64 = number.trim().parse().ok().filter(|v: &f64| v.is_finite())?;
-        Some(if share { Self::Share(number / 100.0) } else { Self::Pixels(number) })
+        Some(if share {
+            // As exact as it is written: 0.14 / 100 is not 0.0014.
+            Self::Share(format!("{number}e-2").parse().ok()?)
+        } else {
+            Self::Pixels(number)
+        })
     }
 }
 

@@ -200,7 +200,8 @@ mod tests {
                 let length = (x - 10.3f64).hypot(y - 9.8);
                 // Half a disc at each end.
                 let half = width.max(1.0) / 2.0;
-                let area = width.min(1.0) * (2.0 * half * length + 3.142 * half * half);
+                let area =
+                    width.min(1.0) * (2.0 * half * length + std::f64::consts::PI * half * half);
                 assert!(
                     (sum / area - 1.0).abs() < 0.12,
                     "{width} to ({x}, {y}): {sum}, not {area}"
