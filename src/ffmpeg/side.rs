@@ -19,6 +19,7 @@ struct Fifo {
     /// Removed, with the pipe, when the last clone goes.
     folder: TempDir,
     /// Its end for reading is kept open, so that the writer need not wait for the reader. Nothing is read from it.
+    #[cfg_attr(not(unix), expect(dead_code, reason = "there are no such pipes"))]
     reader: File,
     /// So is one for writing, until the picture ends: a reader that comes after the writer has gone would wait for ever.
     writer: Option<File>,

@@ -9,7 +9,9 @@ mod tests;
 #[cfg(target_os = "linux")]
 mod unnamed;
 
-use std::fs::{self, File};
+#[cfg(unix)]
+use std::fs;
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 

@@ -14,11 +14,13 @@ export async function exported(
   job: ExportJob,
   report: (progress: number, frame: number) => void,
 ): Promise<Done> {
-  // GIFs have hard edges, as the program's have.
-  const settings = job.format === 'gif' ? { ...job.settings, edges: 'hard' } : job.settings;
+  // As in the program: GIFs have hard edges, and after a still nothing comes.
+  const still = job.format === 'png' || job.format === 'svg';
+  const own = job.format === 'gif' ? { edges: 'hard' } : still ? { coherence: 0 } : {};
+  const settings = { ...job.settings, ...own };
   const look = lookOf(settings, job.mask);
   try {
-    if (job.format === 'png' || job.format === 'svg') return await still(job, look);
+    if (still) return await stillFile(job, look);
     const source = await framesOf(job);
     try {
       return await moving(job, look, source, report);
@@ -31,7 +33,7 @@ export async function exported(
 }
 
 /** The first frame, or the picture itself. */
-async function still(job: ExportJob, look: Look): Promise<Done> {
+async function stillFile(job: ExportJob, look: Look): Promise<Done> {
   const { source } = job;
   if (source.kind !== 'still') throw new Error(texts.errors.oneFrame);
   const { width, height, rgba } = await pixelsOf(source.frame, job.most);
