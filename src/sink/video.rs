@@ -1,6 +1,5 @@
 //! Which outputs are videos, and their sinks.
 
-use std::ffi::OsStr;
 use std::path::Path;
 
 use super::ffmpeg::{Container, LiveSink, VideoSink, VideoSpec};
@@ -19,7 +18,7 @@ pub(super) fn format_of(path: &Path, options: &SinkOptions) -> String {
 
 /// Whether `output` is a video, of ffmpeg's or y4m, in the `format` that was asked for.
 #[cfg(feature = "cli")]
-pub fn is_video(output: &OsStr, format: Option<&str>) -> bool {
+pub fn is_video(output: &std::ffi::OsStr, format: Option<&str>) -> bool {
     let options = SinkOptions { format: format.map(str::to_owned), ..SinkOptions::default() };
     let is_y4m = ["", "y4m"].contains(&format_of(Path::new(output), &options).as_str());
     match Target::of(output) {
