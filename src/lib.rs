@@ -36,7 +36,7 @@
 //! # Layers
 //!
 //! Modules, lowest first; each uses only those before it, and the engine (checked by a test):
-//! `error`, `memory`, `stream`, `look`, `pattern`, `ffmpeg`, `preset`, `source`, `sink`, `pipeline`, `film`, `program`
+//! `error`, `memory`, `stream`, `pattern`, `ffmpeg`, `preset`, `source`, `sink`, `pipeline`, `film`, `program`
 
 // Without `unstable` parts that only the program uses have no user here.
 #![cfg_attr(not(feature = "unstable"), allow(dead_code, unreachable_pub, unused_imports))]
@@ -45,7 +45,6 @@
 #[cfg(feature = "cli")]
 extern crate self as polyreel;
 
-mod look;
 mod memory;
 pub mod preset;
 #[cfg(feature = "cli")]

@@ -18,6 +18,17 @@ pub enum Loops {
     Forever,
 }
 
+impl Loops {
+    /// The number of times, as most formats have it: 0 for ever.
+    pub(crate) fn plays(self) -> u32 {
+        match self {
+            Self::Once => 1,
+            Self::Times(n) => n,
+            Self::Forever => 0,
+        }
+    }
+}
+
 /// The properties of a stream that are known before its frames are read.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 #[cfg_attr(not(feature = "unstable"), non_exhaustive)]

@@ -11,11 +11,9 @@ use super::still::nothing;
 use super::{Needs, Origin, Picture, Sink, SinkOptions};
 use crate::error::{Error, Result};
 use crate::frame::Buffers;
-use crate::look;
 use crate::mesh_stream::{Header, MeshWriter, Time};
-use crate::options::Options;
 use crate::rasterise::Grade;
-use crate::stream::{Loops, StreamInfo};
+use crate::stream::StreamInfo;
 
 /// What a stream is written to.
 pub(super) trait Body: Write {
@@ -59,18 +57,9 @@ impl MeshSink<Page> {
     /// As [`MeshSink::create`].
     pub(crate) fn page(output: &Path, info: &StreamInfo, options: &SinkOptions) -> Result<Self> {
         let look = &options.look;
-        let neutral = Options::default();
-        let mut plain = look.clone();
-        plain.outline = look.line_colour();
-        plain.saturation = neutral.saturation;
-        plain.wash = neutral.wash;
-        plain.contrast = neutral.contrast;
-        plain.chroma = neutral.chroma;
-        plain.duotone = neutral.duotone;
-        plain.palette = neutral.palette;
         let grade = Grade::of(look);
-        let plain = SinkOptions { look: plain, ..options.clone() };
-        let sink = Self::begin(output, info, &plain, |file| Page::begin(file, info, options))?;
+        let ungraded = SinkOptions { look: look.ungraded(), ..options.clone() };
+        let sink = Self::begin(output, info, &ungraded, |file| Page::begin(file, info, options))?;
         Ok(Self { grade: Some(grade), ..sink })
     }
 }
@@ -108,12 +97,7 @@ fn header(info: &StreamInfo, options: &SinkOptions) -> Header {
     if let Some(duration) = info.duration {
         header.put("duration", duration);
     }
-    let plays = match options.loops.unwrap_or(info.loops) {
-        Loops::Once => 1,
-        Loops::Times(n) => n,
-        Loops::Forever => 0,
-    };
-    header.put("plays", plays);
+    header.put("plays", options.loops.unwrap_or(info.loops).plays());
     header.put("alpha", u8::from(info.alpha));
     header.put("still", u8::from(info.still));
     if let Some(colour) = &info.colour {
@@ -130,7 +114,7 @@ fn header(info: &StreamInfo, options: &SinkOptions) -> Header {
             }
         }
     }
-    look::put(&options.look, &mut header);
+    header.put_look(&options.look);
     let options = serde_json::to_string(&options.look).expect("options are plain data");
     header.put("options", options);
     header

@@ -50,7 +50,7 @@ use crate::error::{Error, Result};
 use crate::frame::{Buffers, Fill, Frame, Rgba};
 use crate::mesh::Mesh;
 use crate::mesh_stream::Grid;
-use crate::options::{Edges, FillMode, Options};
+use crate::options::{Edges, Options};
 use crate::pattern::Pattern;
 use crate::stream::{Loops, Span, StreamInfo};
 use crate::svg::Seams;
@@ -128,14 +128,7 @@ impl Needs {
             options.edges = edges;
         }
         if self.plain {
-            // Lines that are not seen: meshes of looks with lines are calmer.
-            options.outline = options.line_colour();
-            (options.saturation, options.wash, options.outline_opacity) = (1.0, 0.0, 0.0);
-            (options.contrast, options.chroma) = (1.0, 1.0);
-            (options.duotone, options.palette) = (None, None);
-            if options.fill == FillMode::None {
-                options.fill = FillMode::Mean;
-            }
+            *options = options.plain();
         }
     }
 }

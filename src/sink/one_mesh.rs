@@ -64,17 +64,7 @@ impl Writer {
         write: impl FnOnce(&[crate::frame::Rgba], &SvgOptions<'_>) -> T,
     ) -> T {
         let outlined = facets.outlined(&self.look);
-        let size = facets.mesh.size;
-        let width = self.look.outline_width.of(size.width.min(size.height));
-        let lines: Vec<_> = outlined
-            .iter()
-            .map(|lines| Lines {
-                edges: &lines.edges,
-                colour: lines.colour,
-                width,
-                strength: lines.strength,
-            })
-            .collect();
+        let lines = Lines::of(&outlined, &self.look, facets.mesh.size);
         let options = SvgOptions { title: &self.title, seams: self.seams, lines: &lines };
         write(&facets.graded(&mut self.grade), &options)
     }

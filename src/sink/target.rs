@@ -4,6 +4,7 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 use crate::ffmpeg::{is_camera, is_url};
+use crate::source::detect::is_pipe;
 
 /// A place that is written to as frames come, and cannot be replaced when it is complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,18 +44,6 @@ impl Target {
     pub(crate) fn is_paced(self) -> bool {
         matches!(self, Self::Network | Self::Device)
     }
-}
-
-/// Whether `path` is a named pipe, or the end of one (`/dev/fd/63` in shells).
-#[cfg(unix)]
-fn is_pipe(path: &Path) -> bool {
-    use std::os::unix::fs::FileTypeExt;
-    std::fs::metadata(path).is_ok_and(|file| file.file_type().is_fifo())
-}
-
-#[cfg(not(unix))]
-fn is_pipe(_path: &Path) -> bool {
-    false
 }
 
 #[cfg(test)]

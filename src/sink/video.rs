@@ -8,7 +8,7 @@ use super::target::Target;
 use super::{Sink, SinkOptions, animation, no_video_of_a_still, one_mesh, y4m};
 use crate::error::{Error, Result};
 use crate::options::FillMode;
-use crate::stream::{Loops, StreamInfo};
+use crate::stream::StreamInfo;
 
 /// The lower-case extension that tells the format of `path`.
 pub(super) fn format_of(path: &Path, options: &SinkOptions) -> String {
@@ -65,11 +65,7 @@ pub(super) fn lossy_webp(
     info: &StreamInfo,
     options: &SinkOptions,
 ) -> Result<Box<dyn Sink>> {
-    let plays = match animation::plays(info, options) {
-        Loops::Forever => 0,
-        Loops::Times(n) => n.min(u16::MAX.into()),
-        _ => 1,
-    };
+    let plays = animation::loops(info, options).plays().min(u16::MAX.into());
     let mut options = options.clone();
     let own = ["-quality", &quality.to_string(), "-loop", &plays.to_string()].map(str::to_owned);
     options.video.ffmpeg_args.splice(0..0, own);

@@ -72,13 +72,13 @@ pub(crate) fn detect(path: &Path) -> Result<Kind> {
 
 /// Whether `path` is a named pipe, or the end of a pipe (`/dev/fd/63` in shells).
 #[cfg(unix)]
-fn is_pipe(path: &Path) -> bool {
+pub(crate) fn is_pipe(path: &Path) -> bool {
     use std::os::unix::fs::FileTypeExt;
     std::fs::metadata(path).is_ok_and(|file| file.file_type().is_fifo())
 }
 
 #[cfg(not(unix))]
-fn is_pipe(_path: &Path) -> bool {
+pub(crate) fn is_pipe(_path: &Path) -> bool {
     false
 }
 

@@ -7,7 +7,6 @@ use std::sync::{Arc, Mutex};
 use super::{Decoded, Input, Source, detect};
 use crate::error::{Error, Result};
 use crate::frame::{Colorimetry, Frame, Rational};
-use crate::look;
 use crate::mesh_stream::{MAGIC, MeshFrame, MeshReader, ReadError};
 use crate::options::Options;
 use crate::rasterise::Painter;
@@ -45,13 +44,13 @@ impl MeshSource {
     fn new(input: Box<dyn Read + Send>, path: &Path) -> Result<Self> {
         let reader = MeshReader::new(input).map_err(|error| failed(path, None, error))?;
         let info = info(&reader);
-        let painter = Painter::new(&look::of(reader.header()));
+        let painter = Painter::new(&reader.header().look());
         Ok(Self { reader, path: path.to_owned(), info, painter, count: 0 })
     }
 
     /// How it was painted when it was written.
     pub fn look(&self) -> Options {
-        look::of(self.reader.header())
+        self.reader.header().look()
     }
 
     /// The file or pipe that is read, `None` for standard input.

@@ -222,6 +222,29 @@ impl Options {
         self.outline.or((self.fill == FillMode::None).then_some(BLACK))
     }
 
+    /// The same look without grading: colours stay as they were found, for what grades them later. Lines stay, as
+    /// meshes of looks with lines are calmer.
+    #[doc(hidden)]
+    pub fn ungraded(&self) -> Self {
+        Self {
+            outline: self.line_colour(),
+            saturation: 1.0,
+            wash: 0.0,
+            contrast: 1.0,
+            chroma: 1.0,
+            duotone: None,
+            palette: None,
+            ..self.clone()
+        }
+    }
+
+    /// The same without lines that are seen, and with a colour for each facet: for outputs that store meshes.
+    #[doc(hidden)]
+    pub fn plain(&self) -> Self {
+        let fill = if self.fill == FillMode::None { FillMode::Mean } else { self.fill };
+        Self { fill, outline_opacity: 0.0, ..self.ungraded() }
+    }
+
     /// Whether seeds that were chosen by `other` are still valid under these options: all differences, if any,
     /// concern later stages.
     #[doc(hidden)]

@@ -114,16 +114,7 @@ impl Mesh {
         let mesh = self.mesh(py);
         Ok(py.detach(|| {
             let outlined = outlined(&mesh, &self.plain, &self.look);
-            let width = self.look.outline_width.of(mesh.size.width.min(mesh.size.height));
-            let lines: Vec<_> = outlined
-                .iter()
-                .map(|lines| Lines {
-                    edges: &lines.edges,
-                    colour: lines.colour,
-                    width,
-                    strength: lines.strength,
-                })
-                .collect();
+            let lines = Lines::of(&outlined, &self.look, mesh.size);
             let graded = Grade::of(&self.look).graded(&mesh, &self.plain);
             to_svg(&mesh, &graded, &SvgOptions { title, seams, lines: &lines })
         }))

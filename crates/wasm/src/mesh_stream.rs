@@ -2,7 +2,7 @@
 
 use polyreel_core::mesh_stream::{Grid, Header, MeshWriter, Time};
 use polyreel_core::unstable::frame::Rational;
-use polyreel_core::{FillMode, Options, Renderer, Shape, Size};
+use polyreel_core::{Options, Renderer, Size};
 use wasm_bindgen::prelude::*;
 
 use crate::error::{Error, Result};
@@ -99,41 +99,7 @@ fn header(look: &Options, plays: u32, alpha: bool) -> Header {
     header.put("plays", plays);
     header.put("alpha", u8::from(alpha));
     header.put("still", 0);
-    header.put("edges", look.edges.name());
-    if let Some(outline) = look.outline {
-        header.put("outline", outline);
-    }
-    header.put("outline-width", look.outline_width);
-    header.put("outline-contrast", look.outline_contrast);
-    if look.outline_opacity != 1.0 {
-        header.put("outline-opacity", look.outline_opacity);
-    }
-    if look.outline_tint != 0.0 {
-        header.put("outline-tint", look.outline_tint);
-    }
-    if look.line_colour().is_some() && look.coherence != Options::default().coherence {
-        header.put("coherence", look.coherence);
-    }
-    header.put("saturation", look.saturation);
-    header.put("wash", look.wash);
-    if look.contrast != 1.0 {
-        header.put("contrast", look.contrast);
-    }
-    if look.chroma != 1.0 {
-        header.put("chroma", look.chroma);
-    }
-    if let Some(duotone) = look.duotone {
-        header.put("duotone", duotone);
-    }
-    if let Some(palette) = &look.palette {
-        header.put("palette", palette);
-    }
-    if look.fill != FillMode::Mean {
-        header.put("fill", look.fill.name());
-    }
-    if look.shape != Shape::Triangles {
-        header.put("shape", look.shape.name());
-    }
+    header.put_look(look);
     if let Ok(options) = serde_json::to_string(look) {
         header.put("options", options);
     }

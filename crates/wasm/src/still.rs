@@ -4,7 +4,7 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use polyreel_core::svg::{Lines, SvgOptions, to_svg};
 use polyreel_core::unstable::rasterise::{Grade, outlined};
-use polyreel_core::{FillMode, Frame, Mesh, Options, Renderer, Rgba};
+use polyreel_core::{Frame, Mesh, Options, Renderer, Rgba};
 use wasm_bindgen::prelude::*;
 
 use crate::error::{Error, Result};
@@ -62,16 +62,7 @@ pub(crate) fn plain(look: &Options) -> Result<Options> {
             look.fill.name()
         )));
     }
-    let mut plain = look.clone();
-    // Lines that are not seen: meshes of looks with lines are calmer.
-    plain.outline = look.line_colour();
-    (plain.saturation, plain.wash, plain.outline_opacity) = (1.0, 0.0, 0.0);
-    (plain.contrast, plain.chroma) = (1.0, 1.0);
-    (plain.duotone, plain.palette) = (None, None);
-    if plain.fill == FillMode::None {
-        plain.fill = FillMode::Mean;
-    }
-    Ok(plain)
+    Ok(look.plain())
 }
 
 /// The colours of a mesh's triangles before grading.
@@ -83,16 +74,7 @@ fn svg(look: &Options, frame: &Frame, title: &str) -> Result<String> {
     let mesh = Renderer::new(&plain(look)?)?.render(frame)?.mesh;
     let plain = colours(&mesh);
     let outlined = outlined(&mesh, &plain, look);
-    let width = look.outline_width.of(mesh.size.width.min(mesh.size.height));
-    let lines: Vec<_> = outlined
-        .iter()
-        .map(|lines| Lines {
-            edges: &lines.edges,
-            colour: lines.colour,
-            width,
-            strength: lines.strength,
-        })
-        .collect();
+    let lines = Lines::of(&outlined, look, mesh.size);
     let graded = Grade::of(look).graded(&mesh, &plain);
     Ok(to_svg(&mesh, &graded, &SvgOptions { title, lines: &lines, ..SvgOptions::default() }))
 }

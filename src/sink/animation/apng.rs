@@ -7,7 +7,6 @@ use png::{BitDepth, BlendOp, ColorType, Compression, DisposeOp, Encoder, Encodin
 
 use super::{Encode, Header, Piece, rounded};
 use crate::frame::Rational;
-use crate::stream::Loops;
 
 /// A number of frames that is never reached: the encoder needs one.
 const MANY: u32 = i32::MAX as u32;
@@ -34,12 +33,7 @@ impl Apng {
         // As for stills.
         encoder.set_compression(Compression::Fast);
         encoder.set_filter(Filter::Paeth);
-        let plays = match header.loops {
-            Loops::Forever => 0,
-            Loops::Times(n) => n,
-            _ => 1,
-        };
-        encoder.set_animated(MANY, plays).map_err(failed)?;
+        encoder.set_animated(MANY, header.loops.plays()).map_err(failed)?;
         encoder.set_blend_op(BlendOp::Source).map_err(failed)?;
         encoder.set_dispose_op(DisposeOp::None).map_err(failed)?;
         let writer = encoder.write_header().map_err(failed)?;

@@ -130,7 +130,7 @@ impl Animation {
             return Err(Error::output(output, what));
         }
         let place = Place::reserve(output, options)?;
-        let header = Header { size: info.size, loops: plays(info, options) };
+        let header = Header { size: info.size, loops: loops(info, options) };
         let begin = |file: File| -> io::Result<Box<dyn Encode>> {
             Ok(match format {
                 Format::Apng => Box::new(apng::Apng::begin(file, header)?),
@@ -192,7 +192,7 @@ impl Animation {
 }
 
 /// How often an animation plays: an animation as often as before, a film for ever.
-pub(super) fn plays(info: &StreamInfo, options: &SinkOptions) -> Loops {
+pub(super) fn loops(info: &StreamInfo, options: &SinkOptions) -> Loops {
     let is_film = info.colour.is_some() && !info.still;
     let own = if is_film { Loops::Forever } else { info.loops };
     if info.still { Loops::Once } else { options.loops.unwrap_or(own) }

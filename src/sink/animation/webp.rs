@@ -8,7 +8,6 @@ use image::codecs::webp::WebPEncoder;
 use image::{ExtendedColorType, ImageError};
 
 use super::{Encode, Header, Piece, rounded};
-use crate::stream::Loops;
 
 /// Flags of the header.
 const ANIMATION: u8 = 0x02;
@@ -44,11 +43,7 @@ impl WebP {
         out.write_all(b"RIFF\0\0\0\0WEBPVP8X\x0a\0\0\0\0\0\0\0")?;
         out.write_all(&le24(header.size.width - 1))?;
         out.write_all(&le24(header.size.height - 1))?;
-        let plays = match header.loops {
-            Loops::Forever => 0,
-            Loops::Times(n) => u16::try_from(n).unwrap_or(u16::MAX),
-            _ => 1,
-        };
+        let plays = u16::try_from(header.loops.plays()).unwrap_or(u16::MAX);
         out.write_all(b"ANIM\x06\0\0\0\0\0\0\0")?;
         out.write_all(&plays.to_le_bytes())?;
         Ok(Self { out, has_alpha: false, still: Vec::new(), rgb: Vec::new() })

@@ -9,6 +9,7 @@ mod connectivity;
 mod frame;
 mod grid;
 mod half_edges;
+mod look;
 mod places;
 mod positions;
 mod range_coder;

@@ -14,7 +14,10 @@ mod underlap;
 use std::fmt::Write as _;
 
 use crate::frame::Rgba;
+use crate::geom::Size;
 use crate::mesh::Mesh;
+use crate::options::Options;
+use crate::rasterise::Outlined;
 use path::PathData;
 
 pub use animated::{AnimatedSvg, MOST_FACETS, TooManyFacets};
@@ -57,6 +60,20 @@ pub struct Lines<'a> {
     pub width: f64,
     /// How strongly they are drawn over what lies below them, 0 to 1.
     pub strength: f64,
+}
+
+impl<'a> Lines<'a> {
+    /// The lines of a mesh of `size` that `outlined` gives for `look`, as wide as `look` says.
+    pub fn of(outlined: &'a [Outlined], look: &Options, size: Size) -> Vec<Self> {
+        let width = look.outline_width.of(size.width.min(size.height));
+        let lines = outlined.iter().map(|Outlined { edges, colour, strength }| Self {
+            edges,
+            colour: *colour,
+            width,
+            strength: *strength,
+        });
+        lines.collect()
+    }
 }
 
 /// How a mesh is written.
