@@ -195,9 +195,9 @@ pub(crate) fn in_words(answer: &Value, picture: u64, extras: &Extras) -> Vec<Str
     if !extras.chapters.is_empty() {
         notes.push(format!("{} chapters", extras.chapters.len()));
     }
-    let told = ["title", "date", TIMECODE];
-    let told = extras.metadata.iter().filter(|(key, _)| told.contains(&key.as_str()));
-    notes.extend(told.map(|(key, value)| format!("{key}: {value}")));
+    let shown = ["title", "date", TIMECODE];
+    let shown = extras.metadata.iter().filter(|(key, _)| shown.contains(&key.as_str()));
+    notes.extend(shown.map(|(key, value)| format!("{key}: {value}")));
     notes
 }
 

@@ -51,6 +51,15 @@ impl Drop for Running {
     }
 }
 
+/// The program with a GIF of a disc, `disc.gif` in `folder`, and its window when the first picture is there.
+fn preview_disc(display: &Display, folder: &Path, frames: u32, more: &[&str]) -> (Running, u32) {
+    given::gif(&folder.join("disc.gif"), frames);
+    let running = Running::start(folder, &[&["preview", "disc.gif"], more].concat());
+    let window = display.window("disc");
+    display.shot_where(window, "a picture", is_lit);
+    (running, window)
+}
+
 fn is_lit(shot: &Shot) -> bool {
     shot.picture().iter().filter(|&&pixel| pixel != 0).count() > shot.picture().len() / 2
 }
@@ -77,9 +86,7 @@ fn keys_change_what_the_window_shows() {
     let Some(display) = Display::open() else { return };
     let _alone = alone();
     let folder = tempfile::tempdir().expect("a temporary folder");
-    given::gif(&folder.path().join("disc.gif"), 25);
-    let running = Running::start(folder.path(), &["preview", "disc.gif"]);
-    let window = display.window("disc");
+    let (running, window) = preview_disc(&display, folder.path(), 25, &[]);
     let first = display.shot_where(window, "a picture", is_lit);
     display.shot_where(window, "it moves", |shot| shot.picture() != first.picture());
 
@@ -112,10 +119,7 @@ fn keys_write_files_and_never_replace_one() {
     let _alone = alone();
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = folder.path();
-    given::gif(&folder.join("disc.gif"), 25);
-    let running = Running::start(folder, &["preview", "disc.gif", "--points", "90"]);
-    let window = display.window("disc");
-    display.shot_where(window, "a picture", is_lit);
+    let (running, window) = preview_disc(&display, folder, 25, &["--points", "90"]);
 
     display.press(' '.into());
     for count in 1..=2 {
@@ -156,10 +160,7 @@ fn the_mouse_zooms_and_jumps() {
     let Some(display) = Display::open() else { return };
     let _alone = alone();
     let folder = tempfile::tempdir().expect("a temporary folder");
-    given::gif(&folder.path().join("disc.gif"), 50);
-    let running = Running::start(folder.path(), &["preview", "disc.gif"]);
-    let window = display.window("disc");
-    display.shot_where(window, "a picture", is_lit);
+    let (running, window) = preview_disc(&display, folder.path(), 50, &[]);
     display.press(' '.into());
     let rest = still(&display, window);
     display.resize(window, 800, 600);
@@ -201,10 +202,7 @@ fn an_export_is_a_render_with_the_look_of_the_window() {
     let _alone = alone();
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = folder.path();
-    given::gif(&folder.join("disc.gif"), 25);
-    let running = Running::start(folder, &["preview", "disc.gif", "--points", "90"]);
-    let window = display.window("disc");
-    display.shot_where(window, "a picture", is_lit);
+    let (running, _) = preview_disc(&display, folder, 25, &["--points", "90"]);
     display.press('d'.into());
     display.press('x'.into());
     until("an export", || folder.join("disc-lowpoly.gif").exists().then_some(()));

@@ -202,8 +202,8 @@ fn alpha_stays_in_video() {
     }
     for output in ["out.mp4", "av1.webm --codec libaom-av1 --encoder-preset 8"] {
         let words = done(&dir, &format!("render in_%d.png -o {output} --points 80"));
-        let told = words.contains("transparency is lost") && words.contains(".webm");
-        assert!(told && words.contains("prores"), "{output}: {words}");
+        let warned = words.contains("transparency is lost") && words.contains(".webm");
+        assert!(warned && words.contains("prores"), "{output}: {words}");
     }
     assert!(listing(&dir).iter().all(|name| !name.starts_with('.')));
 }

@@ -117,8 +117,8 @@ export async function save(page, format, { size } = {}) {
   const download = page.waitForEvent('download', { timeout: 300_000 });
   const failed = page
     .waitForFunction(() => {
-      const told = document.getElementById('outcome').textContent;
-      return document.getElementById('save').dataset.state === 'idle' && told !== '' && !/ready/.test(told) && told;
+      const outcome = document.getElementById('outcome').textContent;
+      return document.getElementById('save').dataset.state === 'idle' && outcome !== '' && !/ready/.test(outcome) && outcome;
     }, null, { timeout: 300_000 })
     .then(handle => handle.jsonValue())
     .then(words => Promise.reject(new Error(words)));

@@ -19,7 +19,7 @@ use rustix::mm::{Advice, MapFlags, ProtFlags, madvise, mmap_anonymous, munmap};
 /// Bytes of a huge page, on all processors with pages of 4 KiB.
 const PAGE: usize = 2 << 20;
 
-/// Pieces of so many bytes are large: at most half of what they take is left over. Measured from a quarter of
+/// Pieces of this size in bytes and more are large: at most half of what they take is left over. Measured from a quarter of
 /// a page on: a still takes no less time, a video more memory.
 const LARGE: usize = PAGE / 2;
 

@@ -56,6 +56,11 @@ impl Session {
             Action::Pause | Action::Step | Action::Seek(_) | Action::Record => self.play(action)?,
             Action::Export => self.export()?,
             Action::Look(look) => self.change(look)?,
+            Action::Preset(way) => {
+                let chosen = self.history.step_preset(way).clone();
+                self.view.note(chosen.name().unwrap_or_default());
+                self.apply(&chosen.options)?;
+            }
             Action::Recall(recall) => self.recall(recall)?,
             Action::Save => {
                 let note = self.save()?;
@@ -104,11 +109,6 @@ impl Session {
     }
 
     fn change(&mut self, look: Look) -> Result<()> {
-        if let Look::Preset(way) = look {
-            let chosen = self.history.step_preset(way).clone();
-            self.view.note(chosen.name().unwrap_or_default());
-            return self.apply(&chosen.options);
-        }
         let asked = &self.history.now().options;
         let (options, note) = changed(asked, look, self.info.size, self.view.outline);
         self.apply(&options)?;

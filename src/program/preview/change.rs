@@ -82,8 +82,6 @@ pub(super) fn changed(
                 None => "outline off".to_owned(),
             }
         }
-        // Presets are chosen from their list, not changed.
-        Look::Preset(_) => String::new(),
         Look::Outline => {
             options.outline = if options.outline.is_some() { None } else { Some(outline) };
             format!("outline {}", options.outline.map_or("off".to_owned(), |c| c.to_string()))

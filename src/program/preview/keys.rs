@@ -40,8 +40,10 @@ pub(super) enum Action {
     Bar,
     /// Shows the whole picture again.
     Fit,
-    /// A change of the options.
+    /// A change of an option.
     Look(Look),
+    /// The next or previous preset.
+    Preset(Way),
     /// Another look of those that were there before.
     Recall(Recall),
 }
@@ -49,8 +51,6 @@ pub(super) enum Action {
 /// The option that a key changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Look {
-    /// The next or previous preset.
-    Preset(Way),
     /// The method of this number, from 0.
     Method(usize),
     Points(Way),
@@ -135,8 +135,8 @@ pub(super) fn action(stroke: Stroke) -> Option<Action> {
         'u' => Action::Recall(Recall::Undo),
         'a' => Action::Recall(Recall::Compare),
         '0' => Action::Recall(Recall::Reset),
-        'n' => Action::Look(Look::Preset(way)),
-        'b' => Action::Look(Look::Preset(Way::Down)),
+        'n' => Action::Preset(way),
+        'b' => Action::Preset(Way::Down),
         'd' => Action::Look(Look::Seed),
         'i' => Action::Look(Look::Quality),
         'v' => Action::Look(Look::Chroma(way)),

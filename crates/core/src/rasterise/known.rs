@@ -43,7 +43,7 @@ pub struct Outlined {
     pub edges: Vec<[u32; 2]>,
 }
 
-/// Strengths are told in so many steps, so that lines of one look are few groups.
+/// Strengths are rounded to this number of steps, so that lines of one look are few groups.
 const STRENGTHS: u32 = 8;
 
 /// The edges of `mesh` along which `options` have lines drawn, each once, by the looks of the lines, the most opaque

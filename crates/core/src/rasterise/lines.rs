@@ -20,7 +20,7 @@ const TREMBLE: f64 = 4.0;
 /// A line keeps its strength as long as the one it should have is no further away, of 255, at coherence 1.
 const HELD: f64 = 250.0;
 
-/// Where fewer than one of so many lines were there before, and near, the mesh is a new one.
+/// The mesh is a new one where fewer than one line in this number was there before, and near.
 const KNOWN: usize = 2;
 
 /// How far that is, as a share of the frame's shorter side.
