@@ -37,6 +37,26 @@ struct State {
     unfinished: Unfinished,
 }
 
+/// Whether a thread is about to end the program: its exit code is the one that counts.
+static ENDING: AtomicBool = AtomicBool::new(false);
+
+/// Does not return while another thread ends the program. What fails because its processes were ended is no
+/// error to tell of.
+pub(crate) fn let_it_end() {
+    while ENDING.load(Ordering::SeqCst) {
+        std::thread::park();
+    }
+}
+
+impl State {
+    fn end_at_once(&self) -> ! {
+        ENDING.store(true, Ordering::SeqCst);
+        self.processes.end_all();
+        self.unfinished.remove_all();
+        std::process::exit(130);
+    }
+}
+
 impl Interrupt {
     /// Listens from now on. Once the run has [begun](Self::begin), the first Ctrl-C (or a request to
     /// terminate) makes `stop` ask for the end.
@@ -47,9 +67,7 @@ impl Interrupt {
         let _ = ctrlc::set_handler(move || {
             let again = state.pressed.swap(true, Ordering::SeqCst);
             if again || !state.begun.load(Ordering::SeqCst) {
-                state.processes.end_all();
-                state.unfinished.remove_all();
-                std::process::exit(130);
+                state.end_at_once();
             }
             stop.request();
             state.processes.end_readers();
@@ -75,6 +93,11 @@ impl Interrupt {
     /// From here on there is an output that can be finished early.
     pub(crate) fn begin(&self) {
         self.0.begun.store(true, Ordering::SeqCst);
+    }
+
+    /// Ends all processes, removes what is unfinished, and ends the program with exit code 130.
+    pub(crate) fn end_at_once(&self) -> ! {
+        self.0.end_at_once()
     }
 
     /// Whether it was pressed.

@@ -81,7 +81,9 @@ pub fn main_of(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     interrupt::survive_limits();
     // A wrong command line ends here, with exit code 2.
     let cli = parse::parse(arguments).unwrap_or_else(|error| refuse(&error));
-    match crash::catch(|| run(cli.command)) {
+    let ended = crash::catch(|| run(cli.command));
+    interrupt::let_it_end();
+    match ended {
         Ok(Outcome::Done) => 0,
         Ok(Outcome::Interrupted) => 130,
         Err(error) => {

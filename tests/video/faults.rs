@@ -130,13 +130,15 @@ fn is_there(pid: &str) -> bool {
 }
 
 /// Starts a render that takes a while and waits until the encoder has begun its file. Every ffmpeg
-/// that is begun notes its number in `pids`; the encoder does `after` when it is done.
+/// that is begun notes its number in `pids`, that which reads the clip in `decoder`, too; the encoder
+/// does `after` when it is done.
 fn begin(dir: &TempDir, after: &str) -> Child {
     clip(dir, "in.mp4", "320x240", 60);
     stand_in(
         dir,
         &format!(
-            "echo $$ >> pids; case \"$*\" in *pipe:0*) ffmpeg \"$@\"; {after};; *) exec ffmpeg \"$@\";; esac"
+            "echo $$ >> pids; case \"$*\" in *pipe:0*) ffmpeg \"$@\"; {after};; \
+             *) echo $$ > decoder; exec ffmpeg \"$@\";; esac"
         ),
     );
     let child =
@@ -187,15 +189,16 @@ fn the_second_ctrl_c_ends_all_at_once() {
         return;
     }
     let dir = folder();
-    // The file is not finished before the second one comes.
-    let mut child = begin(&dir, "sleep 1000");
+    // The file is not finished before the second one comes, and the encoder is not taken for hung.
+    let mut child = begin(&dir, "while :; do :; done");
     press_ctrl_c(&child);
     // Signals that come together are one: the first has come when the decoder is ended.
-    until("the decoder ends", || pids(&dir).last().filter(|pid| !is_there(pid)).cloned());
+    let decoder = fs::read_to_string(dir.path().join("decoder")).expect("it has begun");
+    until("the decoder ends", || (!is_there(decoder.trim())).then_some(()));
     press_ctrl_c(&child);
     assert_eq!(child.wait().expect("its end").code(), Some(130));
     assert_gone(&dir);
-    assert_eq!(listing(&dir), ["in.mp4", "pids", "stand-in"]);
+    assert_eq!(listing(&dir), ["decoder", "in.mp4", "pids", "stand-in"]);
 }
 
 #[test]

@@ -56,9 +56,7 @@ fn end_with_input(interrupt: Interrupt) {
         let mut input = std::io::stdin();
         let mut nothing = [0; 64];
         while input.read(&mut nothing).is_ok_and(|read| read > 0) {}
-        interrupt.processes().end_all();
-        interrupt.unfinished().remove_all();
-        std::process::exit(130);
+        interrupt.end_at_once();
     });
 }
 
