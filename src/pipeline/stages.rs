@@ -188,7 +188,7 @@ impl Process for BuildMesh<'_> {
 fn report_mesh(context: &mut FrameContext, meshed: &chain::Meshed) {
     let chain::Meshed { mesh, life, refined, .. } = meshed;
     let report = &mut context.report;
-    report.seeds = mesh.seeds().len();
+    report.seeds = mesh.seed_ids().count();
     report.seeds_kept = life.kept;
     report.seeds_moved = life.moved;
     report.seeds_born = life.born;

@@ -140,6 +140,12 @@ impl Mesh {
         &self.vertices[CORNERS..]
     }
 
+    /// The lasting ids of the seeds; of a Voronoi diagram those of the cells, without their corners.
+    #[doc(hidden)]
+    pub fn seed_ids(&self) -> impl Iterator<Item = u64> + '_ {
+        self.ids.iter().skip(CORNERS).copied().filter(|&id| id < DERIVED)
+    }
+
     /// Rotates each triangle so that its smallest vertex number comes first, and sorts them.
     #[doc(hidden)]
     pub fn canonicalise(triangles: &mut [[u32; 3]]) {

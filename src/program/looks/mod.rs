@@ -11,7 +11,7 @@ use polyreel::Renderer;
 use polyreel::error::{Error, Result};
 use polyreel::ffmpeg::Ffmpeg;
 use polyreel::frame::{Frame, Rational};
-use polyreel::options::{Options, PRESETS};
+use polyreel::options::{Options, PRESETS, Shape};
 use polyreel::pipeline::Stop;
 use polyreel::sink::{self, Picture, SinkOptions, is_still};
 use polyreel::source::{self, Input, SourceOptions};
@@ -150,15 +150,15 @@ fn source_cell(frames: &[Frame], layout: Layout) -> Cell {
 fn cell(name: String, options: Options, frames: &[Frame], layout: Layout) -> Result<Cell> {
     // As of a still: no frame follows.
     let mut renderer = Renderer::new(&Options { coherence: 0.0, ..options })?;
-    let mut points = 0;
+    let (mut points, unit) = (0, if options.shape == Shape::Voronoi { "cells" } else { "points" });
     let tiles = frames.iter().map(|frame| {
         renderer.reset();
         let rendered = renderer.render(frame)?;
-        points = rendered.mesh.seeds().len();
+        points = rendered.mesh.seed_ids().count();
         Ok(tile(&rendered.picture, layout.tile))
     });
     let tiles = tiles.collect::<Result<Vec<_>>>()?;
-    Ok(Cell { name, remark: format!("{points} points"), tiles })
+    Ok(Cell { name, remark: format!("{points} {unit}"), tiles })
 }
 
 fn bar(looks: u64, quiet: bool) -> ProgressBar {

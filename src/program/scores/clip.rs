@@ -100,7 +100,7 @@ impl Run {
         self.mse += mse(source, &painted)?;
         self.flicker.push(source, &painted)?;
         self.warp.push(source, &painted)?;
-        self.seeds += rendered.mesh.seeds().len();
+        self.seeds += rendered.mesh.seed_ids().count();
         self.kept += rendered.life.kept + rendered.life.moved;
         Ok(painted)
     }

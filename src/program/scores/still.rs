@@ -146,7 +146,7 @@ fn scores(
 ) -> Result<MethodScores> {
     let size = rendered.mesh.size;
     let rate = |points: usize| 100.0 - 100.0 * points as f64 / size.pixels() as f64;
-    let seeds = rendered.mesh.seeds().len();
+    let seeds = rendered.mesh.seed_ids().count();
     let colours: Vec<_> = rendered.mesh.fills.iter().map(|fill| fill.colour).collect();
     let packed = pack(&rendered.mesh, &colours, Grid::EXACT);
     let mesh_bytes = packed.map_err(|fault| Error::failed(fault.to_string()))?.len();

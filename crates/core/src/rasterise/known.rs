@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::lines::{mean, tinted};
 use super::style::Style;
+use super::wanted::{Wanted, wanted};
 use super::{Grade, Painter, Painting};
-use crate::draw::sides;
 use crate::frame::{Fill, Rgba};
 use crate::mesh::Mesh;
 use crate::options::Options;
@@ -50,28 +49,16 @@ const STRENGTHS: u32 = 8;
 /// last: all edges, or those between colours that differ enough, but none between triangles that are both transparent.
 /// A line is as opaque as the more opaque of its sides. `colours` are those before they are graded.
 pub fn outlined(mesh: &Mesh, colours: &[Rgba], options: &Options) -> Vec<Outlined> {
-    let Some(outline) = options.line_colour() else { return Vec::new() };
     let style = Style::of(options);
     let mut lines: BTreeMap<(u8, u32, Rgba), Outlined> = BTreeMap::new();
-    let all = sides(mesh);
-    let graded = Grade::of(options).graded(mesh, if style.tint > 0.0 { colours } else { &[] });
-    for edge in all.chunk_by(|x, y| (x.0, x.1) == (y.0, y.1)) {
-        let colour = |side: &(u32, u32, u32)| colours[side.2 as usize];
-        let Some((mut line, strength)) =
-            style.line(outline.0, colour(&edge[0]), edge.get(1).map(colour))
-        else {
-            continue;
-        };
-        if let (Some(here), there) = (graded.get(edge[0].2 as usize), edge.get(1)) {
-            let there = there.map_or(*here, |side| graded[side.2 as usize]);
-            line = tinted(line, mean(*here, there), style.tint);
-        }
+    let graded = (style.tint > 0.0).then(|| Grade::of(options).graded(mesh, colours));
+    let shown = graded.as_deref().unwrap_or(colours);
+    for Wanted { edge, paint, strength, .. } in wanted(&style, mesh, colours, shown) {
         let step = (u32::from(strength) * STRENGTHS + 127) / 255;
         if step > 0 {
             let strength = f64::from(step) / f64::from(STRENGTHS);
-            let new = Outlined { colour: line, strength, edges: Vec::new() };
-            let group = lines.entry((line[3], step, line)).or_insert(new);
-            group.edges.push([edge[0].0, edge[0].1]);
+            let new = Outlined { colour: paint, strength, edges: Vec::new() };
+            lines.entry((paint[3], step, paint)).or_insert(new).edges.push(edge);
         }
     }
     lines.into_values().collect()

@@ -2,7 +2,7 @@
 
 use super::strokes::Stroke;
 use super::style::Style;
-use crate::draw::sides;
+use super::wanted::{Wanted, wanted};
 use crate::frame::Rgba;
 use crate::geom::{Point, SUBPIXEL, Size};
 use crate::mesh::Mesh;
@@ -59,7 +59,7 @@ impl Lines {
         (colours, graded): (&[Rgba], &[Rgba]),
         coherence: f64,
     ) -> Vec<Stroke> {
-        let mut lines = wanted(style, mesh, (colours, graded));
+        let mut lines = lines_of(style, mesh, (colours, graded));
         if coherence > 0.0 {
             lines.sort_unstable_by_key(|line| line.ends);
             let is_new = self.is_new(&lines, mesh.size);
@@ -166,24 +166,15 @@ fn approached(from: u8, to: u8, step: u8, held: u8) -> u8 {
 }
 
 /// The lines as they should be: those of no strength are among them.
-fn wanted(style: &Style, mesh: &Mesh, (colours, graded): (&[Rgba], &[Rgba])) -> Vec<Line> {
-    let Some(outline) = style.outline else { return Vec::new() };
+fn lines_of(style: &Style, mesh: &Mesh, (colours, graded): (&[Rgba], &[Rgba])) -> Vec<Line> {
     let shown = if style.fill == FillMode::None { colours } else { graded };
-    let point = |v: u32| -> Point { mesh.vertices[v as usize] };
-    sides(mesh)
-        .chunk_by(|x, y| (x.0, x.1) == (y.0, y.1))
-        .filter_map(|edge| {
-            let (a, b, t) = edge[0];
-            let u = edge.get(1).map(|side| side.2);
-            let there = u.map(|u| colours[u as usize]);
-            let (paint, strength) = style.line(outline, colours[t as usize], there)?;
-            let ground =
-                mean(shown[t as usize], u.map_or(shown[t as usize], |u| shown[u as usize]));
-            let paint = tinted(paint, ground, style.tint);
-            let ((from, a), (to, b)) = ((id(mesh, a), point(a)), (id(mesh, b), point(b)));
+    let lined = wanted(style, mesh, colours, shown).into_iter();
+    lined
+        .map(|Wanted { edge, paint, strength, ground }| {
+            let [(from, a), (to, b)] = edge.map(|v| (id(mesh, v), mesh.vertices[v as usize]));
             let (ends, places) =
                 if from < to { ((from, to), (a, b)) } else { ((to, from), (b, a)) };
-            Some(Line { ends, stroke: Stroke { ends: places, paint, strength, ground } })
+            Line { ends, stroke: Stroke { ends: places, paint, strength, ground } }
         })
         .collect()
 }
@@ -191,31 +182,6 @@ fn wanted(style: &Style, mesh: &Mesh, (colours, graded): (&[Rgba], &[Rgba])) -> 
 /// The lasting id of a vertex; its number where there is none.
 fn id(mesh: &Mesh, v: u32) -> u64 {
     mesh.ids.get(v as usize).copied().unwrap_or(u64::from(v))
-}
-
-/// The mean of two colours, in any order, weighted by alpha.
-pub(super) fn mean(a: Rgba, b: Rgba) -> Rgba {
-    let all = u32::from(a[3]) + u32::from(b[3]);
-    if all == 0 {
-        return [0; 4];
-    }
-    let [red, green, blue] = [0, 1, 2].map(|c| {
-        let sum = u32::from(a[c]) * u32::from(a[3]) + u32::from(b[c]) * u32::from(b[3]);
-        ((sum + all / 2) / all) as u8
-    });
-    [red, green, blue, all.div_ceil(2) as u8]
-}
-
-/// `paint` with a share of the colour of `ground`.
-pub(super) fn tinted(paint: Rgba, ground: Rgba, share: f64) -> Rgba {
-    if share == 0.0 {
-        return paint;
-    }
-    let [r, g, b] = [0, 1, 2].map(|c| {
-        let (from, to) = (f64::from(paint[c]), f64::from(ground[c]));
-        (from + share * (to - from)).round() as u8
-    });
-    [r, g, b, paint[3]]
 }
 
 /// The strength, of 255, of a line between colours whose `difference` has half of it at `contrast`.

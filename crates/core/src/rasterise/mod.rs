@@ -16,6 +16,7 @@ mod sparse;
 mod strokes;
 mod style;
 mod tally;
+mod wanted;
 
 use crate::parallel::prelude::*;
 

@@ -49,6 +49,11 @@ impl Style {
         self.width.of(size.width.min(size.height))
     }
 
+    /// Whether some edges have no line.
+    pub(super) fn has_gaps(&self) -> bool {
+        self.contrast > 0
+    }
+
     /// The colour of the line of `outline` between triangles of two colours, or between one and the frame's border, and
     /// its strength of 255; `None` for no line. Its opacity is the larger one of the triangles'. Triangles of one
     /// cell have one colour, see [`super::cells`].
