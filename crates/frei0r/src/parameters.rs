@@ -4,7 +4,7 @@
 
 use std::ffi::CStr;
 
-use polyreel_core::{Colour, Options, PRESETS, Points, Quality};
+use polyreel_core::{Colour, FillMode, Focus, Length, Options, PRESETS, Points, Quality, Shape};
 
 /// Number of parameters.
 pub const COUNT: usize = PARAMETERS.len();
@@ -34,7 +34,7 @@ pub struct Parameter {
 }
 
 /// All parameters, in the order of their indices. New ones are only added at the end.
-pub const PARAMETERS: [Parameter; 10] = [
+pub const PARAMETERS: [Parameter; 16] = [
     Parameter {
         name: c"points",
         explanation: c"Number of points: 0 is 50, 1 is 20000, each 0.1 is 1.8 times as many; 0.5 leaves it to the preset",
@@ -82,7 +82,7 @@ pub const PARAMETERS: [Parameter; 10] = [
         kind: Kind::Switch,
         default: 0.0,
         apply: |options, value| {
-            options.outline = (value >= 0.5).then_some(Colour([0, 0, 0, 255]));
+            options.outline = (value >= 0.5).then_some(BLACK);
         },
     },
     Parameter {
@@ -117,10 +117,75 @@ pub const PARAMETERS: [Parameter; 10] = [
         default: 0.0,
         apply: |options, value| options.seed = (value * 1000.0).round() as u64,
     },
+    Parameter {
+        name: c"fill",
+        explanation: c"Colours of triangles: 0 leaves them to the preset, 0.15 mean, 0.3 median, 0.45 centroid, 0.6 linear, 0.75 gouraud, 0.9 none",
+        kind: Kind::Number,
+        default: 0.0,
+        apply: |options, value| {
+            if let Some(&fill) = chosen(&FillMode::ALL, value, 0.15) {
+                options.fill = fill;
+            }
+        },
+    },
+    Parameter {
+        name: c"shape",
+        explanation: c"What is filled together: 0 leaves it to the preset, 0.3 triangles, 0.6 polygons, 0.9 voronoi",
+        kind: Kind::Number,
+        default: 0.0,
+        apply: |options, value| {
+            if let Some(&shape) = chosen(&Shape::ALL, value, 0.3) {
+                options.shape = shape;
+            }
+        },
+    },
+    Parameter {
+        name: c"outline width",
+        explanation: c"Width of lines: 0 leaves it to the preset, 1 is 2 % of the picture's shorter side, 0.3 is 0.18 %; without lines it draws black ones",
+        kind: Kind::Number,
+        default: 0.0,
+        apply: |options, value| {
+            options.outline.get_or_insert(BLACK);
+            options.outline_width = Length::Share(0.02 * value * value);
+        },
+    },
+    Parameter {
+        name: c"outline opacity",
+        explanation: c"Opacity of lines; 1 leaves it to the preset",
+        kind: Kind::Number,
+        default: 1.0,
+        apply: |options, value| options.outline_opacity = value,
+    },
+    Parameter {
+        name: c"contrast",
+        explanation: c"Contrast: 0 is grey, 0.5 as in the source, 1 is twice as strong",
+        kind: Kind::Number,
+        default: 0.5,
+        apply: |options, value| options.contrast = 2.0 * value,
+    },
+    Parameter {
+        name: c"focus",
+        explanation: c"Smaller facets where the picture stands out",
+        kind: Kind::Switch,
+        default: 0.0,
+        apply: |options, value| {
+            if value >= 0.5 {
+                options.focus = Some(Focus::Saliency);
+            }
+        },
+    },
 ];
 
 /// Index of the preset, which is applied before all others.
 const PRESET: usize = 1;
+
+const BLACK: Colour = Colour([0, 0, 0, 255]);
+
+/// The one of `all` that stands at `value`, one every `step` from `step` on.
+fn chosen<T>(all: &[T], value: f64, step: f64) -> Option<&T> {
+    let number = (value / step).round() as usize;
+    all.get(number.min(all.len()).checked_sub(1)?)
+}
 
 fn count(value: f64) -> u32 {
     (50.0 * 400_f64.powf(value)).round() as u32
@@ -168,6 +233,10 @@ impl Values {
                 (parameter.apply)(&mut options, value);
             }
         }
+        // Panes and cells have one colour each.
+        if options.shape != Shape::Triangles && options.fill.is_gradient() {
+            options.fill = FillMode::Mean;
+        }
         options
     }
 }
@@ -196,7 +265,7 @@ mod tests {
     fn every_parameter_changes_the_options() {
         for (index, parameter) in PARAMETERS.iter().enumerate() {
             let mut values = Values::default();
-            values.set(index, if index == PRESET { 0.05 } else { 0.9 });
+            values.set(index, if index == PRESET { 0.05 } else { 0.8 });
             assert_ne!(values.options(), Options::default(), "{:?}", parameter.name);
         }
     }
@@ -207,6 +276,26 @@ mod tests {
             let mut values = Values::default();
             values.set(PRESET, 0.05 * (i + 1) as f64);
             assert_eq!(values.options(), Options::preset(named.name).expect("a preset"));
+        }
+    }
+
+    #[test]
+    fn fills_and_shapes_stand_in_their_order() {
+        let mut values = Values::default();
+        for (i, &fill) in FillMode::ALL.iter().enumerate() {
+            values.set(10, 0.15 * (i + 1) as f64);
+            assert_eq!(values.options().fill, fill);
+        }
+        values.set(10, 1.0);
+        assert_eq!(values.options().fill, FillMode::None);
+        (values.set(10, 0.6), values.set(11, 0.6));
+        assert_eq!(
+            (values.options().fill, values.options().shape),
+            (FillMode::Mean, Shape::Polygons)
+        );
+        for (i, &shape) in Shape::ALL.iter().enumerate() {
+            values.set(11, 0.3 * (i + 1) as f64);
+            assert_eq!(values.options().shape, shape);
         }
     }
 
