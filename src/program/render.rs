@@ -280,7 +280,7 @@ fn create_sink(
         return sink::create(output, info, sink_options);
     };
     let info = StreamInfo { size: args.write.scaled(info.size)?, ..info.clone() };
-    let look = Repainted::look_at(options, scale);
+    let look = options.enlarged(scale);
     let sink_options = SinkOptions { look: look.clone(), ..sink_options.clone() };
     let sink = sink::create(output, &info, &sink_options)?;
     Ok(Box::new(Repainted::new(sink, &look, info.size)))

@@ -36,7 +36,7 @@ pub(crate) fn repaint(
         ));
     }
     let scale = args.write.scale.unwrap_or(1.0);
-    let look = Repainted::look_at(&args.look.repaint(&source.look())?, scale);
+    let look = args.look.repaint(&source.look())?.enlarged(scale);
     let part = Part {
         start: args.input.start,
         end: args.input.end,

@@ -81,6 +81,8 @@ export interface ExportJob {
   format: Format;
   /** Longest side, 0 for the source's own. */
   most: number;
+  /** How many times as large the picture is drawn from the mesh. */
+  times: number;
   title: string;
   /** What is exported: a file, or one picture. */
   source:

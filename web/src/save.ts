@@ -11,6 +11,11 @@ import { texts } from './texts';
 const STILL: Format[] = ['png', 'svg'];
 const MOVING: Format[] = ['mp4', 'webm', 'gif', 'apng', 'polyreel'];
 const SIZES = [1920, 1280, 854, 640, 480];
+/** How many times as large a picture may be drawn, and the longest side of one. */
+const TIMES = [2, 3, 4, 8];
+const LONGEST = 8192;
+/** Formats that have no size of their own. */
+const SIZELESS: Format[] = ['svg', 'polyreel'];
 const ENDINGS: Record<Format, string> = {
   png: 'png', svg: 'svg', mp4: 'mp4', webm: 'webm', gif: 'gif', apng: 'png', polyreel: 'polyreel',
 };
@@ -64,6 +69,10 @@ export class Save {
       const words = `${Math.round(source.width * share)} × ${Math.round(source.height * share)}`;
       this.size.append(make('option', { value: String(side) }, words));
     }
+    for (const times of TIMES.filter(times => times * longest <= LONGEST)) {
+      const words = texts.sizes.larger(times, times * source.width, times * source.height);
+      this.size.append(make('option', { value: `x${times}` }, words));
+    }
     this.outcome.textContent = '';
     this.progress.hidden = true;
     element('mask-note').hidden = state.mask === null;
@@ -75,6 +84,12 @@ export class Save {
     return (this.formats.querySelector<HTMLInputElement>('input:checked')?.value ?? 'png') as Format;
   }
 
+  /** The longest side of what is rendered, 0 for the source's own, and how many times as large it is drawn. */
+  private get sizes(): { most: number; times: number } {
+    const { value } = this.size;
+    return value.startsWith('x') ? { most: 0, times: Number(value.slice(1)) } : { most: Number(value), times: 1 };
+  }
+
   private get named(): string {
     const stem = (this.source?.name ?? 'picture').replace(/\.[^.]+$/, '');
     return `${stem}-lowpoly.${ENDINGS[this.format]}`;
@@ -84,10 +99,15 @@ export class Save {
   private async changed(): Promise<void> {
     const { source, format } = this;
     if (!source) return;
-    const most = Number(this.size.value);
+    for (const option of this.size.options) {
+      option.disabled = option.value.startsWith('x') && SIZELESS.includes(format);
+    }
+    if (this.size.selectedOptions[0]?.disabled) this.size.value = '0';
+    const { most, times } = this.sizes;
     const one = format === 'png' || format === 'svg';
     const more = [
       most > 0 ? `--max-size ${most}` : '',
+      times > 1 ? `--scale ${times}` : '',
       one && (source.kind === 'clip' || source.kind === 'animation') ? '--frames 1' : '',
     ];
     this.line.textContent = '';
@@ -103,7 +123,7 @@ export class Save {
   private async job(source: Source): Promise<ExportJob | null> {
     const { format } = this;
     const { settings, mask } = this.state;
-    const common = { settings, mask, format, most: Number(this.size.value), title: source.name };
+    const common = { settings, mask, format, ...this.sizes, title: source.name };
     if (format !== 'png' && format !== 'svg') {
       if (source.kind === 'clip') return { ...common, source: { kind: 'clip', file: source.file } };
       if (source.kind !== 'animation') return null;

@@ -36,7 +36,10 @@ export const texts = {
     polyreel: ['Mesh stream', 'For polyreel itself: any size later'],
   } as Record<string, [string, string]>,
   frame: { png: 'This frame as a picture', svg: 'This frame as shapes' } as Record<string, string>,
-  sizes: { own: (width: number, height: number) => `Original, ${width} × ${height}` },
+  sizes: {
+    own: (width: number, height: number) => `Original, ${width} × ${height}`,
+    larger: (times: number, width: number, height: number) => `${times} times as large, ${width} × ${height}`,
+  },
   status: {
     opening: 'Opening…',
     facets: (count: string) => `${count} triangles`,

@@ -39,17 +39,25 @@ const STILLS = [
   ['clear.png', 'points=300&edges=hard'],
 ];
 
+/** Pictures larger than their source. */
+const LARGE = [
+  ['boat.png', '', 'x2'],
+  ['lake.png', 'preset=sketch', 'x3'],
+  ['clear.png', 'shape=polygons&outline=%23102030&outline-width=1', 'x2'],
+];
+
 /** The words of a command line, quotes taken off. */
 const words = line => line.match(/'[^']*'|\S+/g).map(word => word.replaceAll("'", ''));
 
-for (const [name, look] of STILLS) {
-  test(`a PNG of ${name} with "${look}"`, { skip }, async () => {
+for (const [name, look, size] of [...STILLS, ...LARGE]) {
+  test(`a PNG of ${name} with "${look}"${size ? `, ${size}` : ''}`, { skip }, async () => {
     const { context, page, faults } = await open(browser, site.address, { hash: `#${look}` });
     await pick(page, name);
-    const saved = await save(page, 'png');
+    const saved = await save(page, 'png', { size });
     // The very command line that the page shows.
     const [program, ...args] = words(saved.line.replaceAll('=\'', '=').replaceAll("'", ''));
     assert.equal(program, 'polyreel');
+    assert.equal(saved.line.includes(' --scale '), size !== undefined, saved.line);
     polyreel(...args, '-y', '-q');
     assert.ok(read(saved.path).equals(read(join(folder, saved.name))), saved.line);
     assert.deepEqual(faults, []);

@@ -245,6 +245,16 @@ impl Options {
         Self { fill, outline_opacity: 0.0, ..self.ungraded() }
     }
 
+    /// The same look for pictures `times` as large: lines whose width is in pixels are wider in proportion.
+    #[doc(hidden)]
+    pub fn enlarged(&self, times: f64) -> Self {
+        let outline_width = match self.outline_width {
+            Length::Pixels(pixels) => Length::Pixels((pixels * times).clamp(0.1, 256.0)),
+            share => share,
+        };
+        Self { outline_width, ..self.clone() }
+    }
+
     /// Whether seeds that were chosen by `other` are still valid under these options: all differences, if any,
     /// concern later stages.
     #[doc(hidden)]

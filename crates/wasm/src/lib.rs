@@ -1,7 +1,7 @@
 //! The engine of polyreel for the browser.
 //!
 //! A [`Look`] holds options under the names of the command line and of preset files. An [`Engine`] renders one frame
-//! after another with it. [`PngFile`](png_file), [`Gif`], [`Apng`] and [`MeshStream`] make files. Pixels are RGBA of
+//! after another with it, an [`Enlarger`] at a multiple of its size. [`PngFile`](png_file), [`Gif`], [`Apng`] and [`MeshStream`] make files. Pixels are RGBA of
 //! 8 bits, row by row, alpha not premultiplied. Everything runs on the caller's thread.
 
 mod apng;
@@ -9,6 +9,7 @@ mod area;
 mod command;
 mod described;
 mod engine;
+mod enlarger;
 mod error;
 mod frame;
 mod gif;
@@ -20,6 +21,7 @@ mod still;
 pub use apng::Apng;
 pub use described::described;
 pub use engine::Engine;
+pub use enlarger::Enlarger;
 pub use gif::Gif;
 pub use look::Look;
 pub use mesh_stream::MeshStream;

@@ -80,7 +80,7 @@ pub(super) fn join_to(work: &Work, film: &Film<'_>, processes: Processes) -> Res
         return Err(work.other_film(input.paths()));
     }
     let plan = &work.plan;
-    let look = Repainted::look_at(&plan.options, plan.write.scale);
+    let look = plan.options.enlarged(plan.write.scale);
     let info = input.info();
     let info = StreamInfo { size: scaled(info.size, plan.write.scale)?, ..info.clone() };
     let options = sink_options(work, &input, &look, film, processes)?;

@@ -1,6 +1,6 @@
 /** Exports: frame by frame, none left out. */
 
-import { Apng, Engine, Gif, MeshStream, type Look, pngFile, svgFile } from '../../pkg/polyreel_wasm';
+import { Apng, Engine, Enlarger, Gif, MeshStream, type Look, pngFile, svgFile } from '../../pkg/polyreel_wasm';
 import type { ExportJob } from '../messages';
 import { texts } from '../texts';
 import { lookOf } from './look';
@@ -42,12 +42,18 @@ async function stillFile(job: ExportJob, look: Look): Promise<Done> {
   if (job.format === 'svg') {
     file = new Blob([svgFile(look, rgba, width, height, job.title)], { type: 'image/svg+xml' });
   } else {
-    const engine = new Engine(look);
+    const engine = engineOf(job, look);
     const picture = engine.render(rgba, width, height);
     engine.free();
-    file = new Blob([pngFile(picture, width, height) as Uint8Array<ArrayBuffer>], { type: 'image/png' });
+    const { times } = job;
+    const bytes = pngFile(picture, times * width, times * height);
+    file = new Blob([bytes as Uint8Array<ArrayBuffer>], { type: 'image/png' });
   }
   return { file, frames: 1, remark: '' };
+}
+
+function engineOf({ times }: ExportJob, look: Look): Engine | Enlarger {
+  return times > 1 ? new Enlarger(look, times) : new Engine(look);
 }
 
 /** What takes one frame after another. */
@@ -83,16 +89,17 @@ async function sinkOf(job: ExportJob, look: Look, source: Source): Promise<Sink>
       finish: () => blob(stream.finish(), 'application/octet-stream'),
     };
   }
-  const engine = new Engine(look);
+  const engine = engineOf(job, look);
+  const size = { width: job.times * width, height: job.times * height };
   if (job.format === 'mp4' || job.format === 'webm') {
-    const film = await Film.begin(job.format, source);
+    const film = await Film.begin(job.format, source, size);
     return {
       add: frame => film.add(engine.render(frame.rgba, width, height), frame),
       finish: () => film.finish(),
       remark: film.remark,
     };
   }
-  const animation = job.format === 'gif' ? new Gif(width, height, plays, alpha) : new Apng(width, height, plays);
+  const animation = job.format === 'gif' ? new Gif(size.width, size.height, plays, alpha) : new Apng(size.width, size.height, plays);
   const type = job.format === 'gif' ? 'image/gif' : 'image/png';
   const units = job.format === 'gif' ? 100 : 1000;
   const most = job.format === 'gif' ? 50 : 1000;

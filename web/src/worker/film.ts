@@ -27,16 +27,20 @@ export class Film {
   private constructor(
     private readonly output: Output<Mp4OutputFormat | WebMOutputFormat, BufferTarget>,
     private readonly pictures: VideoSampleSource,
-    private readonly source: Source,
+    private readonly stride: number,
     private readonly width: number,
     private readonly height: number,
     private readonly sound: Promise<void>,
     readonly remark: string,
   ) {}
 
-  static async begin(format: 'mp4' | 'webm', source: Source): Promise<Film> {
+  static async begin(
+    format: 'mp4' | 'webm',
+    source: Source,
+    size: { width: number; height: number },
+  ): Promise<Film> {
     // Codecs halve the resolution of colour: a last odd row or column is left out.
-    const [width, height] = [Math.max(2, source.width & ~1), Math.max(2, source.height & ~1)];
+    const [width, height] = [Math.max(2, size.width & ~1), Math.max(2, size.height & ~1)];
     const codec = await codecFor(format, width, height);
     if (!codec) throw new Error(texts.errors.noEncoder(format));
     const container = format === 'mp4' ? new Mp4OutputFormat() : new WebMOutputFormat();
@@ -51,12 +55,12 @@ export class Film {
     const sound = source.sound && (await soundOf(source.sound, output, source.origin));
     await output.start();
     const remark = source.sound && !sound ? texts.errors.soundLeftOut : '';
-    return new Film(output, pictures, source, width, height, sound ? sound() : Promise.resolve(), remark);
+    return new Film(output, pictures, size.width, width, height, sound ? sound() : Promise.resolve(), remark);
   }
 
   async add(picture: Uint8Array, { start, length }: Timed): Promise<void> {
     const { width, height } = this;
-    const sample = new VideoSample(cropped(picture, this.source.width, width, height), {
+    const sample = new VideoSample(cropped(picture, this.stride, width, height), {
       format: 'RGBA',
       codedWidth: width,
       codedHeight: height,

@@ -13,6 +13,7 @@ mod median;
 mod per_thread;
 mod planar;
 mod sparse;
+mod stretch;
 mod strokes;
 mod style;
 mod tally;
@@ -37,6 +38,7 @@ use tally::Tally;
 
 pub use grade::Grade;
 pub use known::{Outlined, outlined};
+pub use stretch::stretch;
 
 /// A painted mesh.
 #[derive(Clone, Debug, PartialEq)]
