@@ -182,6 +182,7 @@ pub fn run(
 struct Totals {
     frames: u64,
     short: u64,
+    faceless: u64,
     /// The lowest.
     likeness: Option<f64>,
     /// The time that each of the governed threads has for a frame.
@@ -195,12 +196,22 @@ struct Totals {
 impl Totals {
     fn new(allowed: Option<Duration>) -> Self {
         let (budget, histograms) = (BudgetReport::new(allowed), StageHistograms::new());
-        Self { frames: 0, short: 0, likeness: None, allowed, budget, histograms, delays: None }
+        Self {
+            frames: 0,
+            short: 0,
+            faceless: 0,
+            likeness: None,
+            allowed,
+            budget,
+            histograms,
+            delays: None,
+        }
     }
 
     fn add(&mut self, report: &FrameReport) {
         self.frames += 1;
         self.short += u64::from(report.short);
+        self.faceless += u64::from(report.faces == Some(0));
         if let Some(likeness) = report.likeness {
             self.likeness = Some(self.likeness.map_or(likeness, |least| least.min(likeness)));
         }
@@ -215,11 +226,12 @@ impl Totals {
     }
 
     fn summary(self, dropped: u64, wall: Duration, ending: Ending) -> Summary {
-        let Self { frames, short, likeness, budget, histograms, .. } = &self;
-        let (frames, short, likeness, budget) = (*frames, *short, *likeness, *budget);
+        let Self { frames, short, faceless, likeness, budget, histograms, .. } = &self;
+        let (frames, short, faceless) = (*frames, *short, *faceless);
+        let (likeness, budget) = (*likeness, *budget);
         let stages = StageTimes(histograms.percentiles());
         let delay = self.delays.as_ref().map(Histogram::percentiles);
-        Summary { frames, dropped, short, likeness, budget, delay, wall, stages, ending }
+        Summary { frames, dropped, short, faceless, likeness, budget, delay, wall, stages, ending }
     }
 }
 

@@ -39,6 +39,9 @@ pub struct FrameReport {
     /// Likeness to the source in the measure of `--error`, for frames that were refined to a target.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub likeness: Option<f64>,
+    /// Faces in focus, with `--focus faces`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub faces: Option<usize>,
     /// Whether that is less than the target.
     #[serde(skip)]
     pub short: bool,
@@ -77,6 +80,7 @@ impl FrameReport {
             triangles: 0,
             refine_steps: 0,
             likeness: None,
+            faces: None,
             short: false,
             detail: 1.0,
             orders: Detail::FULL,
@@ -142,6 +146,8 @@ pub struct Summary {
     pub dropped: u64,
     /// Frames that were refined to a target and did not reach it.
     pub short: u64,
+    /// Frames in which `--focus faces` found none.
+    pub faceless: u64,
     /// The lowest likeness of the frames that were refined to a target.
     pub likeness: Option<f64>,
     /// How the time budget was kept.

@@ -186,7 +186,7 @@ impl Process for BuildMesh<'_> {
 
 /// Writes the results of the mesh stage into the frame's report.
 fn report_mesh(context: &mut FrameContext, meshed: &chain::Meshed) {
-    let chain::Meshed { mesh, life, refined, .. } = meshed;
+    let chain::Meshed { mesh, life, faces, refined, .. } = meshed;
     let report = &mut context.report;
     report.seeds = mesh.seed_ids().count();
     report.seeds_kept = life.kept;
@@ -197,6 +197,7 @@ fn report_mesh(context: &mut FrameContext, meshed: &chain::Meshed) {
     report.triangles = mesh.triangles.len();
     report.refine_steps = refined.steps;
     report.likeness = refined.likeness;
+    report.faces = *faces;
     let target = context.settings.options.error.zip(refined.likeness);
     report.short = target.is_some_and(|(target, likeness)| likeness < target.value());
 }

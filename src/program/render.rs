@@ -167,6 +167,10 @@ pub(crate) fn render_to(
         watcher.warns(&warning);
         warnings.push(warning);
     }
+    if let Some(warning) = faceless(summary.faceless, summary.frames) {
+        watcher.warns(&warning);
+        warnings.push(warning);
+    }
     let written = OutputReport {
         path: output.to_string_lossy().into_owned(),
         size: info.size,
@@ -337,6 +341,16 @@ pub(crate) fn fell_short(target: Target, short: u64, least: f64) -> Option<Strin
     };
     let (wanted, least) = (target.describe(target.value()), target.describe(least));
     Some(format!("{frames} below {wanted}, the least at {least}; more --points, or auto, reach it"))
+}
+
+/// What to say where `--focus faces` found none in `faceless` of `frames`.
+fn faceless(faceless: u64, frames: u64) -> Option<String> {
+    let what = match (faceless, frames) {
+        (0, _) => return None,
+        (_, 1) => "no face was found".to_owned(),
+        (faceless, frames) => format!("no face was found in {faceless} of {frames} frames"),
+    };
+    Some(format!("{what}: more points are where it stands out, as with --focus saliency"))
 }
 
 /// One line with everything that decides the bytes.

@@ -5,6 +5,8 @@
 
 mod cli;
 mod dependencies;
+#[cfg(feature = "faces")]
+mod faces;
 mod files;
 mod golden;
 mod layers;

@@ -1,5 +1,8 @@
 //! How much each part of a frame matters: sampling and refinement put their vertices accordingly.
 
+#[cfg(feature = "faces")]
+mod faces;
+
 use crate::feature::saliency::saliency;
 use crate::frame::Frame;
 use crate::geom::{Point, SUBPIXEL, Size};
@@ -97,6 +100,14 @@ impl FocusMap {
         focus
     }
 
+    /// The same with most of the `last` frame's, if there is one.
+    fn follow(mut self, last: Option<Self>) -> Self {
+        for (now, last) in self.weights.iter_mut().zip(last.iter().flat_map(|last| &last.weights)) {
+            *now += KEPT * (last - *now);
+        }
+        self
+    }
+
     /// Each place becomes the mean of itself and those around it.
     fn soften(&mut self) {
         let (columns, rows) = (self.columns, self.rows);
@@ -113,33 +124,53 @@ impl FocusMap {
 }
 
 /// The maps of a stream of frames.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub(crate) struct FocusKeeper {
     wanted: Option<Focus>,
     last: Option<FocusMap>,
+    #[cfg(feature = "faces")]
+    faces: faces::Faces,
 }
 
 impl FocusKeeper {
     pub(crate) fn new(wanted: Option<&Focus>) -> Self {
-        Self { wanted: wanted.cloned(), last: None }
+        Self { wanted: wanted.cloned(), ..Self::default() }
+    }
+
+    /// The number of faces that the last map is of, if they were asked for.
+    pub(crate) fn faces(&self) -> Option<usize> {
+        #[cfg(feature = "faces")]
+        return matches!(self.wanted, Some(Focus::Faces)).then(|| self.faces.count());
+        #[cfg(not(feature = "faces"))]
+        return None;
+    }
+
+    /// Where the faces are; `None` where there are none.
+    #[cfg(feature = "faces")]
+    fn faces_of(&mut self, frame: &Frame, is_fresh: bool) -> Option<FocusMap> {
+        self.faces.map(frame, is_fresh)
+    }
+
+    /// A build without the feature has refused such options: see [`Focus::validate`].
+    #[cfg(not(feature = "faces"))]
+    fn faces_of(&mut self, _: &Frame, _: bool) -> Option<FocusMap> {
+        None
     }
 
     /// The map of the next `frame`; `is_fresh` says that it does not continue the last one.
     pub(crate) fn map(&mut self, frame: &Frame, is_fresh: bool) -> Option<&FocusMap> {
         let size = frame.size();
         let last = self.last.take().filter(|last| last.size == size);
-        self.last = Some(match (self.wanted.as_ref()?, last) {
+        let carried = last.clone().filter(|_| !is_fresh);
+        let wanted = self.wanted.clone()?;
+        self.last = Some(match (wanted, last) {
             (Focus::Spot(_) | Focus::Mask(_), Some(last)) => last,
-            (Focus::Spot(spot), None) => FocusMap::spot(size, *spot),
-            (Focus::Mask(mask), None) => FocusMap::mask(size, mask),
-            (Focus::Saliency, last) => {
-                let mut now = FocusMap::saliency(frame);
-                if let Some(last) = last.filter(|_| !is_fresh) {
-                    for (now, last) in now.weights.iter_mut().zip(&last.weights) {
-                        *now += KEPT * (last - *now);
-                    }
-                }
-                now
+            (Focus::Spot(spot), None) => FocusMap::spot(size, spot),
+            (Focus::Mask(mask), None) => FocusMap::mask(size, &mask),
+            (Focus::Saliency, _) => FocusMap::saliency(frame).follow(carried),
+            (Focus::Faces, _) => {
+                let faces = self.faces_of(frame, carried.is_none());
+                faces.unwrap_or_else(|| FocusMap::saliency(frame)).follow(carried)
             }
         });
         self.last.as_ref()

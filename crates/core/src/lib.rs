@@ -29,6 +29,7 @@
 //! # Features
 //!
 //! - `parallel` (default): all processors work on a frame. Without it the same bytes come from one thread.
+//! - `faces`: [`Focus::Faces`], by the crate `polyreel-faces`.
 //! - `image`: frames from and to images of the `image` crate.
 //! - `serde`: options and reports as data.
 //! - `unstable`: the modules behind these types, without any promise. The crate `polyreel` uses it.

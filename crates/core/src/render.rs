@@ -22,6 +22,9 @@ pub struct Rendered {
     pub refine_steps: u32,
     /// Likeness to the source in the measure of [`Options::error`], where it was refined to that.
     pub likeness: Option<f64>,
+    /// Number of faces in focus, where [`Focus::Faces`](crate::Focus::Faces) asks for them; with none saliency was in
+    /// their place.
+    pub faces: Option<usize>,
     /// Number of feature points that level one found.
     pub candidates: usize,
 }
@@ -117,6 +120,7 @@ impl Renderer {
             life: meshed.life,
             refine_steps: meshed.refined.steps,
             likeness: meshed.refined.likeness,
+            faces: meshed.faces,
             candidates: features.candidates.len(),
         })
     }

@@ -28,7 +28,7 @@ const PAGE: [(&str, &str); 27] = [
     ("fill", "Colours of triangles: flat, or otherwise"),
     ("shape", "Triangles, panes of like colour, or cells"),
     ("palette", "So many colours, or these: 12, #102030,gold,white, or a file"),
-    ("focus", "Where more points go: a mask picture, X,Y,R, or saliency"),
+    ("focus", "Where more points go: faces, saliency, X,Y,R or a mask picture"),
     ("loop", "Let the end lead into the beginning"),
     ("budget", "Time for each frame: 33ms, 0.5s, or auto"),
     ("preview", "Show the render in a window as it goes"),

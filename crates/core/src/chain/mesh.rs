@@ -27,6 +27,8 @@ pub struct Meshed {
     pub is_fresh: bool,
     /// Where its seeds come from.
     pub life: Life,
+    /// The number of faces in focus, where they were asked for.
+    pub faces: Option<usize>,
     /// The result of refinement; its fills are in the `hints`.
     pub refined: Refined,
     /// For the paint stage.
@@ -164,7 +166,8 @@ impl MeshStage {
                 (mesh, fills) = (cells(&mesh), Vec::new());
             }
             let hints = PaintHints { is_fresh, fills, residual };
-            Ok(Meshed { mesh, is_fresh, life, refined, hints })
+            let faces = self.focus.faces();
+            Ok(Meshed { mesh, is_fresh, life, faces, refined, hints })
         })
     }
 

@@ -16,6 +16,9 @@ use crate::geom::Size;
 pub enum Focus {
     /// Where it stands out (spectral residual), found in every frame.
     Saliency,
+    /// On faces, found in stills and in every fourth frame of a clip; where there are none, as by saliency. Needs the
+    /// feature `faces`.
+    Faces,
     /// Around a place.
     Spot(Spot),
     /// Where a mask is light.
@@ -144,6 +147,11 @@ impl Focus {
     pub(super) fn validate(&self) -> Result<()> {
         match self {
             Self::Saliency => Ok(()),
+            Self::Faces if cfg!(feature = "faces") => Ok(()),
+            Self::Faces => Err(Error::options(
+                "this build finds no faces: build it with the feature `faces` (cargo install polyreel --features \
+                 faces), or write saliency or X,Y,R",
+            )),
             Self::Spot(Spot { radius: Length::Pixels(r) | Length::Share(r), .. }) if *r > 0.0 => {
                 Ok(())
             }
@@ -163,10 +171,13 @@ impl Focus {
 impl std::str::FromStr for Focus {
     type Err = Error;
 
-    /// `saliency`, `X,Y,R`, or else the name of a mask, which is to be loaded.
+    /// `saliency`, `faces`, `X,Y,R`, or else the name of a mask, which is to be loaded.
     fn from_str(text: &str) -> Result<Self> {
         if text == "saliency" {
             return Ok(Self::Saliency);
+        }
+        if text == "faces" {
+            return Ok(Self::Faces);
         }
         let parts: Vec<_> = text.split(',').collect();
         if let [x, y, radius] = parts[..]
@@ -180,7 +191,7 @@ impl std::str::FromStr for Focus {
             return Ok(Self::Mask(FocusMask { name: text.to_owned(), size, weights }));
         }
         Err(Error::options(format!(
-            "'{text}' is no focus: write saliency, X,Y,R (50%,40%,20%, or pixels) or the name of a mask (face.png)"
+            "'{text}' is no focus: write saliency, faces, X,Y,R (50%,40%,20%, or pixels) or the name of a mask (face.png)"
         )))
     }
 }
@@ -202,6 +213,7 @@ impl std::fmt::Display for Focus {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Saliency => f.write_str("saliency"),
+            Self::Faces => f.write_str("faces"),
             Self::Spot(Spot { x, y, radius }) => write!(f, "{x},{y},{radius}"),
             Self::Mask(mask) => f.write_str(&mask.name),
         }
@@ -214,12 +226,16 @@ mod tests {
 
     #[test]
     fn places_masks_and_saliency_print_as_they_are_read() {
-        for text in ["saliency", "50%,40%,20%", "100,20.5,30", "10%,5,7", "a,b.png", "face.png"] {
+        for text in
+            ["saliency", "faces", "50%,40%,20%", "100,20.5,30", "10%,5,7", "a,b.png", "face.png"]
+        {
             assert_eq!(text.parse::<Focus>().expect(text).to_string(), text);
         }
-        for wrong in ["", "faces", "1,2", "a,b,c", "1,2,nan"] {
+        for wrong in ["", "face", "1,2", "a,b,c", "1,2,nan"] {
             assert!(wrong.parse::<Focus>().is_err(), "{wrong}");
         }
+        let faces = "faces".parse::<Focus>().expect("read").validate();
+        assert_eq!(faces.is_ok(), cfg!(feature = "faces"));
         assert!("1,2,0".parse::<Focus>().expect("read").validate().is_err());
         assert!("face.png".parse::<Focus>().expect("read").validate().is_err(), "not loaded");
     }
