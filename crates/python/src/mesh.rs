@@ -152,7 +152,7 @@ fn save(
     let side = |side: u32| (f64::from(side) * scale).round().max(1.0) as u32;
     let size = Size::new(side(mesh.size.width), side(mesh.size.height));
     polyreel::frame::check_size(size)?;
-    let look = Repainted::look_at(look, scale);
+    let look = look.enlarged(scale);
     let info = StreamInfo { still: true, frames: Some(1), alpha: true, ..StreamInfo::of(size) };
     let options = SinkOptions { overwrite, look: look.clone(), ..SinkOptions::default() };
     let mut sink = Repainted::new(polyreel::create(destination, &info, &options)?, &look, size);
