@@ -32,8 +32,9 @@ const ALPHA: u8 = 32;
 /// Merges triangles of like colour.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Panes {
-    /// The edges between two triangles in the frame before, in order, and whether those were in one pane.
-    before: Vec<([u32; 2], bool)>,
+    /// The edges between two triangles in the frame before, by the lasting ids of their ends, in order, and whether
+    /// those were in one pane.
+    before: Vec<([u64; 2], bool)>,
 }
 
 impl Panes {
@@ -65,24 +66,29 @@ impl Panes {
         unite(fills, &panes);
     }
 
-    /// The edges between two triangles, those of the most similar ones first.
+    /// The edges between two triangles, first those within panes of the frame before, so that panes grow from what
+    /// they were; of these and of the others those of the most similar ones first.
     fn edges(&self, mesh: &Mesh, fills: &[Fill], coherence: f64) -> Vec<Edge> {
-        let mut before = self.before.iter().peekable();
         let colours: Vec<_> = fills.iter().map(|fill| lab::of(fill.colour)).collect();
-        let mut edges: Vec<Edge> = inner_edges(mesh)
-            .into_iter()
-            .map(|(ends, triangles)| {
-                while before.next_if(|(last, _)| *last < ends).is_some() {}
-                let share = match before.next_if(|(last, _)| *last == ends) {
-                    Some((_, true)) => 1.0 + coherence * (KEPT - 1.0),
-                    Some((_, false)) => 1.0 + coherence * (BARRED - 1.0),
-                    None => 1.0,
-                };
-                let [a, b] = triangles.map(|t| colours[t as usize]);
-                Edge { apart: distance(a, b), ends, triangles, like: share * LIKE }
-            })
-            .collect();
-        edges.sort_unstable_by(|a, b| a.apart.total_cmp(&b.apart).then(a.ends.cmp(&b.ends)));
+        let edge = |(ends, triangles): ([u32; 2], [u32; 2])| {
+            let mut ends = ends.map(|v| mesh.ids[v as usize]);
+            ends.sort_unstable();
+            let before = self.before.binary_search_by_key(&ends, |edge| edge.0);
+            let was_within = before.ok().map(|at| self.before[at].1);
+            let share = match was_within {
+                Some(true) => 1.0 + coherence * (KEPT - 1.0),
+                Some(false) => 1.0 + coherence * (BARRED - 1.0),
+                None => 1.0,
+            };
+            let [a, b] = triangles.map(|t| colours[t as usize]);
+            let is_kept = was_within == Some(true) && coherence > 0.0;
+            Edge { apart: distance(a, b), ends, is_kept, triangles, like: share * LIKE }
+        };
+        let mut edges: Vec<Edge> = inner_edges(mesh).into_iter().map(edge).collect();
+        edges.sort_unstable_by(|a, b| {
+            let by_colour = a.apart.total_cmp(&b.apart).then(a.ends.cmp(&b.ends));
+            b.is_kept.cmp(&a.is_kept).then(by_colour)
+        });
         edges
     }
 }
@@ -91,7 +97,10 @@ impl Panes {
 #[derive(Clone, Copy, Debug)]
 struct Edge {
     apart: f64,
-    ends: [u32; 2],
+    /// The lasting ids of its ends, ascending.
+    ends: [u64; 2],
+    /// Whether it was within a pane of the frame before.
+    is_kept: bool,
     triangles: [u32; 2],
     /// The largest difference at which it is given up.
     like: f64,
