@@ -14,6 +14,7 @@ mod no_display;
 mod player;
 mod render;
 mod tell;
+mod usd;
 mod vector;
 
 use std::fs;

@@ -123,37 +123,6 @@ fn a_mesh_sequence_is_written_for_3d_programs() {
     }
 }
 
-/// Needs Python with the package usd-core; skipped with a message without it.
-#[test]
-fn usd_reads_every_frame() {
-    let python = |code: &str, folder: &Folder| {
-        let mut command = std::process::Command::new("python3");
-        command.args(["-c", code]).current_dir(folder.0.path()).output()
-    };
-    let folder = Folder::new();
-    if !python("import pxr", &folder).is_ok_and(|done| done.status.success()) {
-        eprintln!("SKIPPED: python3 has no usd-core (pip install usd-core)");
-        return;
-    }
-    folder.gif("in.gif", &[100, 100, 100]);
-    folder.run("render in.gif -o out.usda --points 40").success();
-    let code = "
-from pxr import Usd, UsdGeom
-stage = Usd.Stage.Open('out.usda')
-mesh = UsdGeom.Mesh(stage.GetDefaultPrim())
-assert UsdGeom.GetStageUpAxis(stage) == 'Y'
-times = mesh.GetPointsAttr().GetTimeSamples()
-assert len(times) == 3, times
-for time in times:
-    points, counts = mesh.GetPointsAttr().Get(time), mesh.GetFaceVertexCountsAttr().Get(time)
-    indices, colours = mesh.GetFaceVertexIndicesAttr().Get(time), mesh.GetDisplayColorPrimvar()
-    assert UsdGeom.Mesh.ValidateTopology(indices, counts, len(points))[0]
-    assert colours.GetInterpolation() == 'uniform' and len(colours.Get(time)) == len(counts)
-";
-    let done = python(code, &folder).expect("it ran before");
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-}
-
 #[test]
 fn a_page_holds_the_stream_and_nothing_from_elsewhere() {
     use base64::prelude::{BASE64_STANDARD, Engine as _};
