@@ -139,7 +139,9 @@ impl Shots {
     }
 
     fn add(&mut self, frame: &Frame, span: Span, hash: &Hash) -> Result<()> {
-        if self.frames == 0 && self.options.points == Points::Auto {
+        // Without an error to reach, each shot finds its own.
+        let is_one = self.options.points == Points::Auto && self.options.error.is_some();
+        if self.frames == 0 && is_one {
             self.options.points = points_of(&self.options, frame)?;
         }
         if let Some(begins) = self.begins(frame) {

@@ -437,7 +437,6 @@ mod tests {
             &["--frames", "0"],
             &["--threads", "0"],
             &["-q", "-v"],
-            &["--points", "auto"],
             &["--error", "30"],
             &["--error", "ssim:1.5"],
             &["--error", "30dB", "--refine", "9"],

@@ -9,10 +9,10 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use polyreel::error::{Error, Result};
 use polyreel::options::{
     CellPercentiles, Colour, Duotone, Edges, FillMode, Focus, FrontEnd, Length, Method, Options,
-    Palette, Points, Quality, Shape, Target, Thresholds,
+    Palette, Points, Prefilter, Quality, Shape, Target, Thresholds,
 };
 
-pub(crate) use load::preset;
+pub(crate) use load::{preset, study};
 
 use load::{load_focus, palette};
 
@@ -23,15 +23,21 @@ pub(crate) struct LookArgs {
     /// Begin with the settings of a preset (see 'polyreel presets') or of a preset file; options given
     /// with it win [default: none]
     #[arg(long, value_name = "NAME|FILE.toml")]
-    preset: Option<String>,
+    pub(crate) preset: Option<String>,
+    /// Begin with the settings of an earlier system: gai-2015, zhang-2016, qian-2016, uasmith-2017, ma-2017, ng-2017,
+    /// lawonn-2018, pic2polyart-2021, laske-2024, joseph-entropy-2024, joseph-region-2024, or the paper's hrlp, help,
+    /// hslp; options given with it win [default: none]
+    #[arg(long, value_name = "NAME", conflicts_with = "preset")]
+    pub(crate) study: Option<String>,
     /// How feature points and seeds are found
     #[arg(long, value_name = "NAME", value_parser = methods(), help = with_default(
         "How feature points and seeds are found", Options::default().method.name()))]
     pub(crate) method: Option<Method>,
     #[arg(long, value_name = "N|N%|auto", help = with_default(
         "Seeds of a frame: a count (2000), a count for a picture of 1024 x 1024 that grows slightly with the size \
-         (1200@1MP), a share of its pixels (1.5%), or auto: the fewest, to 2 %, \
-         that reach --error on the first frame; they stay for the frames after it",
+         (1200@1MP), a share of its pixels (1.5%), or auto: as many as the picture asks for, by the knee of its error \
+         curve, followed slowly over the frames of a shot; with --error the fewest, to 2 %, that reach it on the first \
+         frame",
         Options::default().points))]
     pub(crate) points: Option<Points>,
     #[arg(long, value_name = "S", help = with_default(
@@ -151,6 +157,13 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "NAME", help_heading = SCORES, value_parser = one_of(FrontEnd::ALL, FrontEnd::name))]
     /// Where feature points come from, for any method [default: the method's own]
     features: Option<FrontEnd>,
+    #[arg(long, value_name = "NAME", help_heading = SCORES, value_parser = one_of(Prefilter::ALL, Prefilter::name))]
+    /// What a frame goes through before features are looked for: a blur, sharpening, or the bilateral filter [default:
+    /// none]
+    prefilter: Option<Prefilter>,
+    #[arg(long, value_name = "SHARE", help_heading = SCORES, help = with_default(
+        "Share of the seeds that lie anywhere, at random, 0 to 1", Options::default().scatter))]
+    scatter: Option<f64>,
     #[arg(long, value_name = "SHARE", help_heading = SCORES, help = with_default(
         "Share of the pixels that a map (entropy, saliency, sobel, laplacian) or slic makes feature \
          points, up to 1",
@@ -278,6 +291,7 @@ impl LookArgs {
 
     fn asks_for_a_mesh(&self) -> bool {
         let given = [
+            self.study.is_some(),
             self.method.is_some(),
             self.points.is_some(),
             self.seed.is_some(),
@@ -291,6 +305,8 @@ impl LookArgs {
             self.hex_density.is_some(),
             self.max_points.is_some(),
             self.features.is_some(),
+            self.prefilter.is_some(),
+            self.scatter.is_some(),
             self.shape.is_some(),
             self.focus.is_some(),
         ];
@@ -304,9 +320,10 @@ impl LookArgs {
                 field.clone_from(value);
             }
         }
-        let mut options = match &self.preset {
-            Some(name) => preset(name)?,
-            None => Options::default(),
+        let mut options = match (&self.preset, &self.study) {
+            (Some(name), _) => preset(name)?,
+            (None, Some(name)) => study(name)?,
+            (None, None) => Options::default(),
         };
         put(&mut options.method, &self.method);
         put(&mut options.points, &self.points);
@@ -348,6 +365,8 @@ impl LookArgs {
         put(&mut options.diffusion_kappa, &self.diffusion_kappa);
         put(&mut options.diffusion_gamma, &self.diffusion_gamma);
         options.features = self.features.or(options.features);
+        options.prefilter = self.prefilter.or(options.prefilter);
+        put(&mut options.scatter, &self.scatter);
         options.outline = self.ink().or(options.outline).or(self.implied_outline());
         options.hex_density = self.hex_density.or(options.hex_density);
         if self.points.is_some() {

@@ -2,7 +2,7 @@
 
 use clap::{Command, CommandFactory};
 use polyreel::error::{Error, Result};
-use polyreel::options::PRESETS;
+use polyreel::options::{PRESETS, STUDIES};
 
 use crate::program::cli::Cli;
 use crate::program::{Outcome, print};
@@ -15,11 +15,12 @@ pub(crate) fn completions(shell: clap_complete::Shell) -> Result<Outcome> {
     print(&script)
 }
 
-/// `command` with the names of presets as the values that shells offer.
+/// `command` with the names of presets and studies as the values that shells offer.
 fn with_presets(command: Command) -> Command {
     let lists = command.get_name() == "presets";
     command.mut_args(|arg| match arg.get_id().as_str() {
         "preset" => arg.value_parser(PRESETS.map(|preset| preset.name)),
+        "study" => arg.value_parser(STUDIES.map(|study| study.name)),
         "name" if lists => arg.value_parser(PRESETS.map(|preset| preset.name)),
         _ => arg,
     })

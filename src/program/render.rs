@@ -67,7 +67,7 @@ pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
 /// What goes on until the first frame is done.
 fn first_step(args: &RenderArgs) -> &'static str {
     match args.look.options() {
-        Ok(options) if options.points == Points::Auto => {
+        Ok(options) if options.points == Points::Auto && options.error.is_some() => {
             "finding the fewest points that reach --error"
         }
         Ok(options) if options.error.is_some() => {

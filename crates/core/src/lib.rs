@@ -41,7 +41,7 @@
 //!
 //! 1. `geom`, `stage`, `error`, `simd`, `parallel`, `colour`, `frame`, `chance`
 //! 2. `plane`, `options`, `mesh`, `hex`, `residual`, `scan`, `moments`, `draw`, `flow`, `feature`, `focus`
-//! 3. `sample`, `triangulate`, `voronoi`, `refine`, `rasterise`, `governor`, `metric`, `chain`, `render`, `svg`, `mesh_stream`,
+//! 3. `triangulate`, `voronoi`, `refine`, `sample`, `rasterise`, `governor`, `metric`, `chain`, `render`, `svg`, `mesh_stream`,
 //!    `model`, `usd`
 
 // Without `unstable` parts that only other crates use, such as the governor, have no user here.
@@ -86,7 +86,8 @@ pub use geom::{MAX_SIDE, Point, SUBPIXEL, Size};
 pub use mesh::Mesh;
 pub use options::{
     CellPercentiles, Colour, Duotone, Edges, FillMode, Focus, FocusMask, FrontEnd, Length, Method,
-    Options, PRESETS, Palette, Points, Preset, Quality, Shape, Spot, Target, Thresholds,
+    Options, PRESETS, Palette, Points, Prefilter, Preset, Quality, STUDIES, Shape, Spot, Target,
+    Thresholds,
 };
 pub use render::{Rendered, Renderer};
 pub use sample::Life;

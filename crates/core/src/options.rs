@@ -8,6 +8,7 @@ mod names;
 mod palette;
 mod points;
 mod preset;
+mod study;
 mod target;
 mod validate;
 
@@ -17,10 +18,11 @@ pub use colour::Colour;
 pub use detail::EIGHTHS;
 pub use detail::{Detail, Look, Steps};
 pub use focus::{Focus, FocusMask, Length, Spot};
-pub use names::{Edges, FillMode, FrontEnd, Method, Quality, Shape};
+pub use names::{Edges, FillMode, FrontEnd, Method, Prefilter, Quality, Shape};
 pub use palette::{Duotone, Palette};
 pub use points::Points;
 pub use preset::{PRESETS, Preset};
+pub use study::STUDIES;
 pub use target::Target;
 
 /// How to render: everything that decides the bytes of the output, but the input itself.
@@ -85,6 +87,12 @@ pub struct Options {
     pub thresholds: Thresholds,
     /// Where feature points come from; `None` takes the method's own. Default `None`.
     pub features: Option<FrontEnd>,
+    /// What a frame goes through before features are looked for. Default `None`.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
+    pub prefilter: Option<Prefilter>,
+    /// Share of the seeds that lie anywhere, at random, 0..=1. Default 0.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
+    pub scatter: f64,
     /// Share of the pixels that a map which scores every pixel (entropy, saliency, Sobel, Laplacian)
     /// or superpixels make feature points, above 0 and at most 1. Default 0.054 (paper, Table 2).
     pub candidates: f64,
@@ -182,6 +190,8 @@ impl Default for Options {
             default_points: 1,
             thresholds: Thresholds::default(),
             features: None,
+            prefilter: None,
+            scatter: 0.0,
             candidates: 0.054,
             min_points: 1,
             percentiles: CellPercentiles::default(),
@@ -279,6 +289,8 @@ impl Options {
             default_points,
             thresholds,
             features,
+            prefilter,
+            scatter,
             candidates,
             min_points,
             percentiles,
@@ -325,6 +337,8 @@ impl Options {
             default_points,
             thresholds,
             features,
+            prefilter,
+            scatter,
             candidates,
             min_points,
             percentiles,
@@ -394,7 +408,7 @@ mod tests {
         assert!(said(Options { points: Points::Share(f64::NAN), ..base() }).contains("points"));
         let error = Some(Target::Ssim(0.5));
         Options { points: Points::Auto, error, ..base() }.validate().expect("a target to reach");
-        assert!(said(Options { points: Points::Auto, ..base() }).contains("auto"));
+        Options { points: Points::Auto, ..base() }.validate().expect("what the picture asks for");
         let both = Options { points: Points::Auto, error, hex_density: Some(0.01), ..base() };
         assert!(said(both).contains("hex-density"));
         for wrong in [Target::Ssim(1.0), Target::Psnr(f64::NAN), Target::Psnr(0.0)] {

@@ -81,7 +81,7 @@ impl EvaluateArgs {
     /// The methods to compare, each once.
     pub(crate) fn chosen(&self) -> Vec<Method> {
         if self.methods.is_empty() {
-            return self.look.method.map_or_else(|| Method::ALL.to_vec(), |method| vec![method]);
+            return self.look.method.map_or_else(|| Method::PAPER.to_vec(), |method| vec![method]);
         }
         let wanted = |method: &Method| self.methods.contains(method);
         Method::ALL.into_iter().filter(wanted).collect()

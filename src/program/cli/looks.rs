@@ -26,6 +26,12 @@ pub(crate) struct LooksArgs {
     /// The presets and preset files to show [default: all presets, and the look without one]
     #[arg(long, value_name = "NAME|FILE.toml,...", value_delimiter = ',')]
     pub(crate) presets: Vec<String>,
+    /// Show the studies of these names: earlier systems (see 'polyreel presets')
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', conflicts_with_all = ["presets", "studies"])]
+    pub(crate) study: Vec<String>,
+    /// Show all studies in place of the presets
+    #[arg(long, conflicts_with = "presets")]
+    pub(crate) studies: bool,
     /// Show the frames at these times: 1.5, 500ms, 1:30 [default: the first]
     #[arg(long, value_name = "TIME,...", value_parser = amount::time, value_delimiter = ',')]
     pub(crate) start: Vec<Rational>,

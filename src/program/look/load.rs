@@ -6,7 +6,7 @@ use std::path::Path;
 
 use polyreel::error::{Error, Result};
 use polyreel::frame::{Rgba, luma};
-use polyreel::options::{Focus, Options, PRESETS, Palette};
+use polyreel::options::{Focus, Options, PRESETS, Palette, STUDIES};
 use polyreel::source::{self, SourceOptions};
 
 use crate::program::suggest::meant;
@@ -51,6 +51,12 @@ pub(crate) fn preset(name: &str) -> Result<Options> {
     }
     let text = read_small(path, "preset")?;
     polyreel::preset::from_toml(&text).map_err(|error| Error::input(path, error.to_string()))
+}
+
+/// The study `name`.
+pub(crate) fn study(name: &str) -> Result<Options> {
+    let names = STUDIES.map(|study| study.name);
+    Options::study(name).map_err(|unknown| meant(unknown, name, &names))
 }
 
 /// The text of a small file that is a `kind`.

@@ -11,7 +11,7 @@ use polyreel::Renderer;
 use polyreel::error::{Error, Result};
 use polyreel::ffmpeg::Ffmpeg;
 use polyreel::frame::{Frame, Rational};
-use polyreel::options::{Options, PRESETS, Shape};
+use polyreel::options::{Options, PRESETS, STUDIES, Shape};
 use polyreel::pipeline::Stop;
 use polyreel::sink::{self, Picture, SinkOptions, is_still};
 use polyreel::source::{self, Input, SourceOptions};
@@ -20,7 +20,7 @@ use polyreel::stream::{Span, StreamInfo};
 use crate::program::Outcome;
 use crate::program::cli::LooksArgs;
 use crate::program::interrupt::Interrupt;
-use crate::program::look::preset;
+use crate::program::look::{preset, study};
 use crate::program::progress::TICK;
 use sheet::{Cell, Layout, tile};
 
@@ -29,7 +29,7 @@ pub(crate) fn looks(args: &LooksArgs) -> Result<Outcome> {
     // Programs that read for us must not outlive us.
     let interrupt = Interrupt::listen(&Stop::default());
     check_output(&args.output)?;
-    let looks = chosen(&args.presets)?;
+    let looks = chosen(args)?;
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new()
             .num_threads(threads.get())
@@ -75,9 +75,15 @@ fn check_output(output: &Path) -> Result<()> {
 }
 
 /// The looks to show, by their names: those that were asked for, or all.
-fn chosen(presets: &[String]) -> Result<Vec<(String, Options)>> {
-    if !presets.is_empty() {
-        return presets.iter().map(|name| Ok((label(name), preset(name)?))).collect();
+fn chosen(args: &LooksArgs) -> Result<Vec<(String, Options)>> {
+    if !args.presets.is_empty() {
+        return args.presets.iter().map(|name| Ok((label(name), preset(name)?))).collect();
+    }
+    if args.studies {
+        return STUDIES.iter().map(|s| Ok((s.name.to_owned(), study(s.name)?))).collect();
+    }
+    if !args.study.is_empty() {
+        return args.study.iter().map(|name| Ok((name.clone(), study(name)?))).collect();
     }
     let all: Result<Vec<_>> =
         PRESETS.iter().map(|p| Ok((p.name.to_owned(), Options::preset(p.name)?))).collect();

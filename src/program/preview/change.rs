@@ -94,9 +94,6 @@ pub(super) fn changed(
             format!("{} edges", options.edges.name())
         }
     };
-    if options.points == Points::Auto && options.error.is_none() {
-        options.points = Points::default();
-    }
     (options, note)
 }
 

@@ -151,7 +151,7 @@ pub(super) fn action(stroke: Stroke) -> Option<Action> {
         '[' => Action::Look(Look::Coherence(Way::Down)),
         ';' => Action::Look(Look::Refinement(Way::Up)),
         ',' => Action::Look(Look::Refinement(Way::Down)),
-        digit @ '1'..='6' => Action::Look(Look::Method(digit as usize - '1' as usize)),
+        digit @ '1'..='9' => Action::Look(Look::Method(digit as usize - '1' as usize)),
         _ => return None,
     })
 }
@@ -170,7 +170,7 @@ pub(super) const HELP: [&[(&str, &str)]; 2] = [
         ("i", "quality: the next"),
         (", ;", "fewer, more steps of refinement"),
         ("[ ]", "less, more coherence from frame to frame"),
-        ("1 ... 6", "method: hrlp help hslp rlp entropy pic2polyart"),
+        ("1 ... 9", "method: hrlp help hslp rlp entropy pic2polyart ranked thinning stippling"),
         ("u", "undo"),
         ("a", "this look or the one before"),
         ("0", "the first look"),
@@ -214,13 +214,12 @@ mod tests {
             }
         }
         assert_eq!(action(Stroke::Char('k')), None);
-        assert_eq!(action(Stroke::Char('7')), None);
     }
 
     #[test]
     fn the_help_names_the_methods_in_their_order() {
         let mut lines = HELP.iter().copied().flatten();
-        let text = lines.find(|(keys, _)| *keys == "1 ... 6").expect("methods").1;
+        let text = lines.find(|(keys, _)| *keys == "1 ... 9").expect("methods").1;
         let names: Vec<_> = Method::ALL.iter().map(|method| method.name()).collect();
         assert_eq!(text, format!("method: {}", names.join(" ")));
     }

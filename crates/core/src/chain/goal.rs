@@ -110,7 +110,7 @@ pub(super) fn fewest(
     let max = u32::try_from(frame.size().pixels() / PIXELS_A_POINT).unwrap_or(u32::MAX).max(1);
     let try_out = |count: u32| -> Result<f64> {
         let options = Options { points: Points::Count(count), ..options.clone() };
-        let seeds = Sampler::new(&options).choose(features);
+        let seeds = Sampler::new(&options).choose(features, frame);
         let mut mesh = triangulate(frame.size(), &seeds)?;
         let plan = RefineOptions::fresh(&options);
         // A new refiner: what is known of another mesh must not count.

@@ -2,6 +2,7 @@
 //! one's.
 
 use super::StageProbe;
+use super::abstraction::Abstraction;
 use super::goal::{Goal, fewest, reach};
 use crate::error::Result;
 use crate::feature::Features;
@@ -45,6 +46,8 @@ pub struct MeshStage {
     requested: Options,
     /// The same with the number that was found for [`Points::Auto`].
     options: Options,
+    /// The number for [`Points::Auto`] without an error to reach.
+    abstraction: Abstraction,
     focus: FocusKeeper,
     sampler: Sampler,
     refiner: Refiner,
@@ -58,6 +61,7 @@ impl MeshStage {
         Self {
             requested: options.clone(),
             options: options.clone(),
+            abstraction: Abstraction::default(),
             focus: FocusKeeper::new(options.focus.as_ref()),
             sampler: Sampler::new(options),
             refiner: Refiner::default(),
@@ -74,6 +78,7 @@ impl MeshStage {
         self.options = Options { points, ..options.clone() };
         self.sampler.retune(&self.options);
         if !keeps_seeds {
+            self.abstraction = Abstraction::default();
             self.focus = FocusKeeper::new(options.focus.as_ref());
         }
     }
@@ -171,14 +176,22 @@ impl MeshStage {
         })
     }
 
-    /// Level two: see [`Sampler::sample`]. At the first frame the number for [`Points::Auto`] is found.
+    /// Level two: see [`Sampler::sample`]. The number for [`Points::Auto`] is found at the first frame; without an error
+    /// to reach, at the first of each shot, and it follows the picture from there on.
     fn sample(&mut self, features: &Features, frame: &Frame, detail: &Detail) -> Result<Start> {
         if let (Points::Auto, Some(goal)) = (self.options.points, Goal::of(&self.options)) {
             let count = fewest(&self.options, goal, features, frame)?;
             self.options.points = Points::Count(count);
             self.sampler.retune(&self.options);
         }
-        Ok(self.sampler.sample(features, detail))
+        if self.requested.points == Points::Auto && self.requested.error.is_none() {
+            let is_fresh = features.change.is_fresh();
+            if let Some(count) = self.abstraction.next(frame, is_fresh) {
+                self.options.points = Points::Count(count);
+                self.sampler.aim_at(self.options.points);
+            }
+        }
+        Ok(self.sampler.sample(features, frame, detail))
     }
 
     fn plan(&self, is_fresh: bool, size: Size) -> RefineOptions {

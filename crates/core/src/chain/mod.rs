@@ -11,7 +11,9 @@
 //! [`PaintStage`]. The caller passes the residual of the last painted frame to the mesh stage. [`Chain`] runs them on
 //! one thread.
 
+mod abstraction;
 mod goal;
+mod knee;
 mod mesh;
 
 use crate::colour::Form;

@@ -31,6 +31,14 @@ impl Lab {
         let channel = |c: usize| pixels.par_iter().with_min_len(1 << 14).map(|p| p[c]).collect();
         Self { channels: [channel(0), channel(1), channel(2)] }
     }
+
+    /// L* of the pixels of `frame`, 0..255 in place of 0..100.
+    pub(super) fn lightness(frame: &Frame) -> Vec<u8> {
+        let tables = Tables::new();
+        let byte =
+            |&[r, g, b, _]: &Rgba| (f32::from(tables.lab([r, g, b])[0]) / STEPS * 2.55 + 0.5) as u8;
+        frame.pixels().par_iter().with_min_len(1 << 14).map(byte).collect()
+    }
 }
 
 struct Tables {

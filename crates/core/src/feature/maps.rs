@@ -3,6 +3,7 @@
 use super::canny::Canny;
 use super::diffusion::Diffusion;
 use super::entropy::entropy;
+use super::lab::Lab;
 use super::mask::Mask;
 use crate::frame::{Frame, Rgba, luma, over};
 use crate::options::Options;
@@ -22,6 +23,17 @@ pub fn visible_luma(frame: &Frame) -> Plane<u8> {
     };
     Plane::new(frame.size(), frame.pixels().iter().map(over_white).collect())
         .expect("a frame holds exactly width x height pixels")
+}
+
+/// The visible lightness of `frame`, L* of CIE L*a*b* stretched to 0..255; transparent pixels over white.
+pub fn visible_lightness(frame: &Frame) -> Plane<u8> {
+    let over_white = |&pixel: &Rgba| over(pixel, [255; 4]);
+    let opaque = (!frame.is_opaque()).then(|| {
+        let pixels = frame.pixels().iter().map(over_white).collect();
+        Frame::known(frame.size(), pixels, true).expect("as many pixels as before")
+    });
+    let lightness = Lab::lightness(opaque.as_ref().unwrap_or(frame));
+    Plane::new(frame.size(), lightness).expect("a value for each pixel")
 }
 
 /// `luma` after anisotropic diffusion, 0..255.

@@ -28,6 +28,11 @@ impl Mask {
         self.words[y as usize * self.stride + x as usize / 64] |= 1 << (x % 64);
     }
 
+    /// Takes pixel `(x, y)` out.
+    pub fn remove(&mut self, x: u32, y: u32) {
+        self.words[y as usize * self.stride + x as usize / 64] &= !(1 << (x % 64));
+    }
+
     /// Whether pixel `(x, y)` is in the set.
     pub fn contains(&self, x: u32, y: u32) -> bool {
         self.words[y as usize * self.stride + x as usize / 64] >> (x % 64) & 1 == 1

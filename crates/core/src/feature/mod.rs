@@ -1,8 +1,11 @@
 //! Level one: finds the pixels that matter.
 
+pub mod bilateral;
 pub mod canny;
 pub mod change;
+pub mod contour;
 pub mod diffusion;
+pub mod edge_drawing;
 pub mod edges;
 pub mod entropy;
 mod front;
@@ -10,9 +13,11 @@ mod half;
 pub(crate) mod lab;
 pub mod maps;
 pub mod mask;
+pub mod prefilter;
 pub mod priority;
 pub mod region;
 pub mod saliency;
+pub mod simplify;
 pub mod slic;
 pub mod smooth;
 

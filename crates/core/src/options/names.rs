@@ -52,10 +52,23 @@ named! {
         /// Canny's edges and salient points, a quarter of the seeds for each band of saliency (baseline
         /// Pic2PolyArt). The original also detects faces; this one does not, see `sample/bands.rs`.
         Pic2polyart = "pic2polyart",
+        /// The feature points with the highest scores; of contours and drawn edges those that matter most to their
+        /// shape.
+        Ranked = "ranked",
+        /// Adaptive thinning: of many feature points the one goes, again and again, without which the error rises
+        /// least.
+        Thinning = "thinning",
+        /// Weighted Voronoi stippling: half of the seeds are the feature points with the highest scores, and the others
+        /// settle evenly between them, closer where [`super::Options::focus`] says.
+        Stippling = "stippling",
     }
 }
 
 impl Method {
+    /// The methods of the paper, those that it compares among them.
+    pub const PAPER: [Self; 6] =
+        [Self::Hrlp, Self::Help, Self::Hslp, Self::Rlp, Self::Entropy, Self::Pic2polyart];
+
     /// The front end that belongs to the method. [`Method::Pic2polyart`] adds salient points to its own.
     pub const fn own_features(self) -> FrontEnd {
         match self {
@@ -63,6 +76,9 @@ impl Method {
             Method::Help | Method::Entropy => FrontEnd::Entropy,
             Method::Hslp => FrontEnd::Saliency,
             Method::Pic2polyart => FrontEnd::Canny,
+            Method::Ranked => FrontEnd::Contours,
+            Method::Thinning => FrontEnd::Slic,
+            Method::Stippling => FrontEnd::EdgeDrawing,
         }
     }
 }
@@ -85,6 +101,24 @@ named! {
         Entropy = "entropy",
         /// Spectral-residual saliency.
         Saliency = "saliency",
+        /// Edges that Edge Drawing finds, simplified.
+        EdgeDrawing = "edge-drawing",
+        /// Contours of k-means colour regions, simplified (Ramer-Douglas-Peucker).
+        Contours = "contours",
+        /// Canny's edges and salient points, scored by saliency.
+        SalientEdges = "salient-edges",
+    }
+}
+
+named! {
+    /// What a frame goes through before features are looked for.
+    pub enum Prefilter {
+        /// A blur along the rows and one along the columns, each over five pixels.
+        Blur = "blur",
+        /// The difference from the neighbours is added.
+        Sharpen = "sharpen",
+        /// The bilateral filter: smooth areas, sharp edges.
+        Bilateral = "bilateral",
     }
 }
 

@@ -20,7 +20,8 @@ pub enum Points {
     /// ones, so that the same picture has the same look at any size; never more than the paper's share of the pixels
     /// (written `1200@1MP`).
     Scaled(u32),
-    /// The fewest seeds that reach [`super::Options::error`], found on the first frame.
+    /// The fewest seeds that reach [`super::Options::error`], found on the first frame; without an error to reach, as
+    /// many as the picture asks for, found on the first frame of each shot and followed slowly from there on.
     Auto,
 }
 

@@ -11,7 +11,17 @@ pub struct Preset {
     pub name: &'static str,
     /// Its look, in a line.
     pub about: &'static str,
-    make: fn() -> Options,
+    pub(super) make: fn() -> Options,
+}
+
+impl Preset {
+    pub(super) const fn new(
+        name: &'static str,
+        about: &'static str,
+        make: fn() -> Options,
+    ) -> Self {
+        Self { name, about, make }
+    }
 }
 
 /// All presets, in the order of lists: new ones at the end, as hosts know them by their place.

@@ -13,11 +13,6 @@ impl Options {
             Points::Count(0) | Points::Scaled(0) => {
                 return Err(out_of_range("points", 0, "at least 1"));
             }
-            Points::Auto if self.error.is_none() => {
-                return Err(Error::options(
-                    "points can only be auto together with an error to reach, such as psnr:30 or ssim:0.8",
-                ));
-            }
             Points::Auto if self.hex_density.is_some() => {
                 return Err(Error::options("points cannot be auto where hex-density is given"));
             }
@@ -33,6 +28,7 @@ impl Options {
             ("coherence", self.coherence),
             ("regularity", self.regularity),
             ("interior", self.interior),
+            ("scatter", self.scatter),
             ("wash", self.wash),
             ("outline-opacity", self.outline_opacity),
             ("outline-tint", self.outline_tint),

@@ -41,6 +41,7 @@ mod surface;
 mod target;
 #[cfg(test)]
 mod tests;
+pub(crate) mod thinning;
 
 use crate::focus::FocusMap;
 use crate::frame::{Buffers, Fill, Frame};

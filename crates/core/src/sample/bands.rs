@@ -7,6 +7,7 @@
 
 use super::thin;
 use crate::feature::mask::Mask;
+use crate::focus::FocusMap;
 use crate::plane::Plane;
 
 const BANDS: usize = 4;
@@ -14,10 +15,11 @@ const BANDS: usize = 4;
 /// `target` of the `candidates`, a quarter from each band of `score`, whose largest value counts as 255; random
 /// within a band. Bands with too few candidates leave their share to the others, in equal parts. Fewer than `target`
 /// if there are fewer candidates.
-pub fn share_bands(
+pub(crate) fn share_bands(
     candidates: &Mask,
     score: &Plane<f32>,
     target: usize,
+    focus: Option<&FocusMap>,
     seed: u64,
 ) -> Vec<(u32, u32)> {
     let most = score.values().iter().copied().fold(0.0, f32::max);
@@ -28,7 +30,7 @@ pub fn share_bands(
     }
     let shares = equal_shares(bands.each_ref().map(Vec::len), target);
     let chosen = bands.into_iter().zip(shares);
-    chosen.flat_map(|(band, share)| thin::keep(band, share, seed)).collect()
+    chosen.flat_map(|(band, share)| thin::keep(band, share, focus, seed)).collect()
 }
 
 /// Equal shares of `target`, none larger than the number of candidates `held`. The remainder of a division goes to
@@ -73,14 +75,14 @@ mod tests {
         (0..40).for_each(|y| (0..256).for_each(|x| mask.insert(x, y)));
         let score = (0..size.pixels()).map(|i| (i % 256) as f32 / 510.0).collect();
         let score = Plane::new(size, score).expect("as many as pixels");
-        let mut points = share_bands(&mask, &score, 400, 5);
+        let mut points = share_bands(&mask, &score, 400, None, 5);
         for band in 0..4 {
             assert_eq!(points.iter().filter(|p| p.0 / 64 == band).count(), 100);
         }
         points.sort_unstable();
         points.dedup();
         assert_eq!(points.len(), 400);
-        let flat = share_bands(&mask, &Plane::filled(size, 0.0), 400, 5);
+        let flat = share_bands(&mask, &Plane::filled(size, 0.0), 400, None, 5);
         assert_eq!(flat.len(), 400, "a band alone takes all");
     }
 }

@@ -6,7 +6,10 @@ pub mod carry;
 pub mod density;
 mod ids;
 mod occupy;
+mod ranked;
+mod scatter;
 pub mod spread;
+mod stipple;
 pub mod suppress;
 pub mod thin;
 pub mod value;
@@ -14,17 +17,22 @@ pub mod value;
 use crate::feature::Features;
 use crate::feature::change::Change;
 use crate::focus::FocusMap;
+use crate::frame::Frame;
 use crate::geom::{Point, Size};
 use crate::hex::HexGrid;
 use crate::mesh::Mesh;
-use crate::options::{Detail, Method, Options};
+use crate::options::{Detail, Method, Options, Points};
+use crate::refine::thinning;
 use bands::share_bands;
 use border::border_points;
 use carry::Carrier;
 use density::{Binned, Quota};
 use ids::Ids;
 use occupy::occupy;
+use ranked::ranked;
+use scatter::scatter;
 use spread::spread;
+use stipple::stipple;
 use suppress::suppress;
 use thin::thin;
 use value::{Sharing, share_by_value, value_grid};
@@ -69,6 +77,8 @@ pub struct Sampler {
     before: Vec<Point>,
     /// Number of seeds, in per cent of the options' number.
     seeds: u32,
+    /// Whether the options' number has changed since the last frame.
+    is_resized: bool,
     /// The ids of the seeds that survive a change of the number of seeds.
     survivors: Option<Vec<u64>>,
     ids: Ids,
@@ -87,6 +97,7 @@ impl Sampler {
             carrier: Carrier::default(),
             before: Vec::new(),
             seeds: Detail::FULL.seeds,
+            is_resized: false,
             survivors: None,
             ids: Ids::default(),
             fades_in: false,
@@ -100,6 +111,12 @@ impl Sampler {
             self.living = None;
         }
         self.options = options.clone();
+    }
+
+    /// Changes the number of seeds from the next frame on: a living mesh loses some, or gets more.
+    pub(crate) fn aim_at(&mut self, points: Points) {
+        self.is_resized |= points != self.options.points;
+        self.options.points = points;
     }
 
     /// The grid over a frame of `size`. It depends on size and options only, and thus is constant in a stream.
@@ -122,9 +139,10 @@ impl Sampler {
     /// The start of the next frame's mesh: the last [remembered](Self::remember) mesh, moved with the picture; or
     /// fresh seeds, for the first frame of a shot and for every frame without coherence. If `detail` asks for another
     /// number of seeds than the last frame had, cells of the grid are vacated or occupied, and the other seeds stay.
-    pub fn sample(&mut self, features: &Features, detail: &Detail) -> Start {
+    pub fn sample(&mut self, features: &Features, frame: &Frame, detail: &Detail) -> Start {
         let size = features.candidates.size();
         let before = std::mem::replace(&mut self.seeds, detail.seeds);
+        let is_resized = std::mem::take(&mut self.is_resized);
         self.survivors = None;
         self.fades_in = features.change == Change::FadeIn;
         let living = self.living.take();
@@ -133,7 +151,7 @@ impl Sampler {
         match (&features.change, living) {
             (Change::Continues(motion), Some(mut mesh)) if mesh.size == size => {
                 self.carrier.carry(&mut mesh, motion);
-                if before == self.seeds {
+                if before == self.seeds && !is_resized {
                     return Start::Mesh(mesh);
                 }
                 // Where the number follows from the grid, the mesh has it.
@@ -145,7 +163,7 @@ impl Sampler {
                 self.survivors = Some(occupied.survivors);
                 Start::Seeds(occupied.seeds)
             }
-            _ => Start::Seeds(self.choose(features)),
+            _ => Start::Seeds(self.choose(features, frame)),
         }
     }
 
@@ -194,11 +212,11 @@ impl Sampler {
         Life { kept: stayed, moved: seeds.len() - stayed - born, born, died: born, cut: false }
     }
 
-    /// Chooses fresh seeds.
+    /// Chooses fresh seeds for `frame`.
     ///
     /// Their number is the target of [`Options::points`]: all quotas are multiplied by one factor to meet it. With
     /// [`Options::hex_density`] the quotas of [`Method::Hrlp`] are exact, and the number follows from them.
-    pub fn choose(&self, features: &Features) -> Vec<Point> {
+    pub fn choose(&self, features: &Features, frame: &Frame) -> Vec<Point> {
         let size = features.candidates.size();
         let seed = self.options.seed;
         let grid = self.grid(size);
@@ -210,7 +228,9 @@ impl Sampler {
         };
         let mut seeds = border_points(size, border_count(size, target));
         let target = target - seeds.len();
-        let mut inside = self.pick(features, &grid, target);
+        let scattered = (self.options.scatter * target as f64).round() as usize;
+        let mut inside = self.pick(features, frame, &grid, &seeds, target - scattered);
+        scatter(&mut inside, size, scattered, seed);
         spread(&mut inside, target, &grid, seed);
         seeds.extend(inside.iter().map(|&(x, y)| Point::pixel_centre(x, y)));
         seeds
@@ -225,9 +245,17 @@ impl Sampler {
         Some((asked * self.seeds as usize).div_ceil(100))
     }
 
-    /// At most `target` pixels, by the method's own level two.
-    fn pick(&self, features: &Features, grid: &HexGrid, target: usize) -> Vec<(u32, u32)> {
+    /// At most `target` pixels, by the method's own level two; `border` are the seeds there.
+    fn pick(
+        &self,
+        features: &Features,
+        frame: &Frame,
+        grid: &HexGrid,
+        border: &[Point],
+        target: usize,
+    ) -> Vec<(u32, u32)> {
         let seed = self.options.seed;
+        let focus = self.focus.as_ref();
         let Features { candidates, score, .. } = features;
         match self.options.method {
             Method::Hrlp => {
@@ -238,15 +266,24 @@ impl Sampler {
                 let Options { min_points, percentiles, .. } = self.options;
                 share_by_value(features, grid, Sharing { min_points, percentiles }, target, seed)
             }
-            Method::Rlp => thin(candidates, target, seed),
+            Method::Rlp => thin(candidates, target, focus, seed),
             Method::Entropy => match score {
                 Some(score) => suppress(score, target),
                 None => suppress(&candidates.to_plane(), target),
             },
             Method::Pic2polyart => match score {
-                Some(score) => share_bands(candidates, score, target, seed),
-                None => thin(candidates, target, seed),
+                Some(score) => share_bands(candidates, score, target, focus, seed),
+                None => thin(candidates, target, focus, seed),
             },
+            Method::Ranked => ranked(features, target, seed),
+            Method::Thinning => {
+                let mut many = ranked(features, THINNED * target, seed);
+                spread(&mut many, THINNED * target, grid, seed);
+                thinning::thin(frame, border, many, target, focus)
+            }
+            Method::Stippling => {
+                stipple(ranked(features, target / 2, seed), target, grid, focus, seed)
+            }
         }
     }
 
@@ -267,6 +304,9 @@ impl Sampler {
         }
     }
 }
+
+/// Points of which adaptive thinning leaves one.
+const THINNED: usize = 4;
 
 /// If the number of seeds is given, a cell has the area of `max_points` seeds divided by this: most cells keep far
 /// fewer. From `docs/calibration.md`.
@@ -296,13 +336,17 @@ mod tests {
         candidates.into()
     }
 
+    fn grey(size: Size) -> Frame {
+        Frame::filled(size, [128, 128, 128, 255]).expect("a small frame")
+    }
+
     #[test]
     fn the_number_of_seeds_is_met_and_never_passed() {
         let size = Size::new(120, 80);
         for points in [1, 2, 3, 10, 57, 500, 4000, 9600] {
             for every in [1, 3, 200] {
                 let options = Options { points: Points::Count(points), ..Options::default() };
-                let seeds = Sampler::new(&options).choose(&features(size, every));
+                let seeds = Sampler::new(&options).choose(&features(size, every), &grey(size));
                 assert_eq!(seeds.len(), points as usize, "{points} points, every {every}");
                 let mesh = triangulate(size, &seeds).expect("distinct seeds");
                 assert_eq!(mesh.check(), Ok(()));
@@ -312,7 +356,8 @@ mod tests {
 
     #[test]
     fn a_frame_too_small_for_seeds_has_none() {
-        let seeds = Sampler::new(&Options::default()).choose(&features(Size::new(1, 1), 1));
+        let seeds = Sampler::new(&Options::default())
+            .choose(&features(Size::new(1, 1), 1), &grey(Size::new(1, 1)));
         assert!(seeds.is_empty());
     }
 
@@ -323,7 +368,7 @@ mod tests {
         let sampler = Sampler::new(&options);
         assert!((sampler.grid(size).cell_area() - 96.0).abs() < 1e-9);
         // Half of about 100 cells are dense and keep four.
-        let seeds = sampler.choose(&features(size, 1)).len();
+        let seeds = sampler.choose(&features(size, 1), &grey(size)).len();
         assert!((200..300).contains(&seeds), "{seeds}");
     }
 }
