@@ -256,6 +256,11 @@ impl LookArgs {
         Ok(options)
     }
 
+    /// The given options without those of the study.
+    pub(crate) fn without_study(&self) -> Result<Options> {
+        self.changed(Options::default())
+    }
+
     fn ink(&self) -> Option<Colour> {
         self.outline.map(|ink| ink.colour)
     }
@@ -315,16 +320,20 @@ impl LookArgs {
 
     /// The preset's options (by default `Options::default()`), changed by the given ones.
     pub(crate) fn options(&self) -> Result<Options> {
+        self.changed(match (&self.preset, &self.study) {
+            (Some(name), _) => preset(name)?,
+            (None, Some(name)) => study(name)?,
+            (None, None) => Options::default(),
+        })
+    }
+
+    /// `options` changed by the given ones.
+    fn changed(&self, mut options: Options) -> Result<Options> {
         fn put<T: Clone>(field: &mut T, given: &Option<T>) {
             if let Some(value) = given {
                 field.clone_from(value);
             }
         }
-        let mut options = match (&self.preset, &self.study) {
-            (Some(name), _) => preset(name)?,
-            (None, Some(name)) => study(name)?,
-            (None, None) => Options::default(),
-        };
         put(&mut options.method, &self.method);
         put(&mut options.points, &self.points);
         put(&mut options.seed, &self.seed);

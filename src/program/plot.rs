@@ -1,4 +1,4 @@
-//! Line plots as SVG: methods over pictures (as the paper's Figures 5 to 9), errors over steps.
+//! Line plots as SVG: methods over pictures (as the paper's Figures 4 and 7 to 9), errors over steps.
 
 use std::fmt::Write as _;
 
@@ -9,9 +9,17 @@ const RIGHT: f64 = 14.0;
 const TOP: f64 = 14.0;
 const BOTTOM: f64 = 34.0;
 
-/// Colours that colour-blind readers tell apart (Okabe and Ito, "Color Universal Design", 2008).
-pub(crate) const COLOURS: [&str; 6] =
-    ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
+/// More height for labels that are names: they are slanted.
+const NAMES: f64 = 62.0;
+
+/// Letters of a label that is a number.
+const NUMBER: usize = 4;
+
+/// Colours: first those that colour-blind readers tell apart (Okabe and Ito, "Color Universal Design", 2008).
+pub(crate) const COLOURS: [&str; 15] = [
+    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a4fb5", "#8c6d31", "#c0392b",
+    "#5f6b6d", "#2ca089", "#9acd32", "#b03a78", "#3f51b5", "#795548",
+];
 
 /// A tick of the horizontal axis.
 pub(crate) struct Place {
@@ -34,8 +42,9 @@ pub(crate) fn svg(title: &str, places: &[Place], lines: &[Line]) -> String {
     match drawn(places, lines) {
         drawn if drawn.is_empty() => drawn,
         drawn => format!(
-            "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" \
+            "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {}\" role=\"img\" \
              aria-label=\"{}\">\n{drawn}</svg>\n",
+            if is_named(places) { HEIGHT + NAMES } else { HEIGHT },
             escaped(title)
         ),
     }
@@ -56,6 +65,11 @@ pub(crate) fn file(title: &str, places: &[Place], lines: &[Line]) -> String {
          <g transform=\"translate(0 {HEAD})\">\n{}</g>\n</svg>\n",
         drawn(places, lines)
     )
+}
+
+/// Whether labels are names, not numbers.
+fn is_named(places: &[Place]) -> bool {
+    places.iter().any(|place| place.label.chars().count() > NUMBER)
 }
 
 fn drawn(places: &[Place], lines: &[Line]) -> String {
@@ -85,14 +99,19 @@ fn drawn(places: &[Place], lines: &[Line]) -> String {
         tick += step;
     }
     let every = places.len().div_ceil(24).max(1);
+    let is_named = is_named(places);
     for (i, place) in places.iter().enumerate().step_by(every) {
-        let _ = writeln!(
-            svg,
-            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            x(i),
-            HEIGHT - BOTTOM + 20.0,
-            escaped(&place.label)
-        );
+        let (x, y, label) = (x(i), HEIGHT - BOTTOM + 20.0, escaped(&place.label));
+        let _ = if is_named {
+            writeln!(
+                svg,
+                "<text transform=\"translate({:.1} {:.1}) rotate(-35)\" text-anchor=\"end\">{label}</text>",
+                x + 4.0,
+                y - 2.0
+            )
+        } else {
+            writeln!(svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"middle\">{label}</text>")
+        };
     }
     for line in lines {
         draw(&mut svg, line, places, &x, &y);
@@ -118,8 +137,9 @@ fn draw(
     };
     let _ = writeln!(
         svg,
-        "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\" \
+        "<g data-line=\"{}\">\n<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\" \
          stroke-linejoin=\"round\"{dashes}/>",
+        escaped(&line.name),
         path.join(" ")
     );
     for (i, v) in points {
@@ -133,6 +153,7 @@ fn draw(
             trimmed(v)
         );
     }
+    svg.push_str("</g>\n");
 }
 
 /// `text` with the characters that HTML and SVG give a meaning written as entities.

@@ -16,10 +16,12 @@ use crate::program::look::{LookArgs, methods};
 #[command(
     after_help = "Every picture is measured by itself, every GIF and video as a clip. The paper's tables \
                          are without refinement; tables of their own set the methods beside themselves \
-                         refined, as --quality, --refine or --error say, unless that is --refine 0. A \
+                         refined, as --quality, --refine or --error say, unless that is --refine 0. Standard \
+                         output has a short table; --markdown, --csv and --json have all figures of all pictures. A \
                          file that \
-                        cannot be read is reported and passed over; the exit code is 1 then.\n\nExample:\n  \
-                        polyreel evaluate pictures/ --methods hrlp,rlp --html report.html"
+                        cannot be read is reported and passed over; the exit code is 1 then.\n\nExamples:\n  \
+                        polyreel evaluate pictures/ --methods hrlp,rlp --html report.html\n  \
+                        polyreel evaluate pictures/ --studies --html studies.html"
 )]
 pub(crate) struct EvaluateArgs {
     #[command(flatten)]
@@ -28,7 +30,15 @@ pub(crate) struct EvaluateArgs {
     #[arg(long, value_name = "NAME,NAME", value_delimiter = ',', value_parser = methods())]
     #[arg(help_heading = "Comparison")]
     pub(crate) methods: Vec<Method>,
-    /// Leave out the disturbed pictures, which take three quarters of the time
+    /// Compare the studies, earlier systems and the paper's own, in place of methods: the paper's Table 1, measured, all
+    /// at the same number of points [default: 0.8%, the paper's]
+    #[arg(long, help_heading = "Comparison", conflicts_with_all = ["methods", "method", "preset", "study"])]
+    pub(crate) studies: bool,
+    /// Compare all presets, each as it is, in place of methods
+    #[arg(long, help_heading = "Comparison")]
+    #[arg(conflicts_with_all = ["methods", "method", "preset", "study", "studies", "points"])]
+    pub(crate) presets: bool,
+    /// Leave out the disturbed pictures, which take most of the time
     #[arg(long, help_heading = "Comparison")]
     pub(crate) no_robustness: bool,
     /// Write all figures as JSON, to standard output or FILE

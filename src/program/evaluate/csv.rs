@@ -8,7 +8,7 @@ use crate::program::scores::clip::{ClipMethodScores, ClipScores};
 use crate::program::scores::disturb::Disturbance;
 use crate::program::scores::still::{MethodScores, StillScores};
 
-const HEAD: [&str; 32] = [
+const HEAD: [&str; 34] = [
     "input",
     "kind",
     "method",
@@ -34,6 +34,8 @@ const HEAD: [&str; 32] = [
     "occlusion_mse",
     "jpeg_ssim",
     "jpeg_mse",
+    "faint_noise_ssim",
+    "faint_noise_mse",
     "fps",
     "fdb",
     "e_warp",
@@ -66,7 +68,7 @@ fn of_still(still: &StillScores, s: &MethodScores, refined: bool) -> Fields {
     let mut fields = vec![
         ("input", quoted(&still.path)),
         ("kind", "still".to_owned()),
-        ("method", s.method.name().to_owned()),
+        ("method", s.method.clone()),
         ("width", still.size.width.to_string()),
         ("height", still.size.height.to_string()),
         ("frames", "1".to_owned()),
@@ -88,6 +90,7 @@ fn of_still(still: &StillScores, s: &MethodScores, refined: bool) -> Fields {
     ];
     for &(disturbance, likeness) in &s.robustness {
         let [ssim, mse] = match disturbance {
+            Disturbance::FaintNoise => ["faint_noise_ssim", "faint_noise_mse"],
             Disturbance::Noise => ["noise_ssim", "noise_mse"],
             Disturbance::Occlusion => ["occlusion_ssim", "occlusion_mse"],
             Disturbance::Jpeg => ["jpeg_ssim", "jpeg_mse"],
@@ -101,7 +104,7 @@ fn of_clip(clip: &ClipScores, s: &ClipMethodScores, refined: bool) -> Fields {
     vec![
         ("input", quoted(&clip.path)),
         ("kind", "clip".to_owned()),
-        ("method", s.method.name().to_owned()),
+        ("method", s.method.clone()),
         ("width", clip.size.width.to_string()),
         ("height", clip.size.height.to_string()),
         ("frames", clip.frames.to_string()),

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::program::scores::clip::evaluate_clip;
 use crate::program::scores::still::evaluate_still;
+use crate::program::scores::summary::summaries;
 use crate::program::scores::tables::{short_name, tables};
 use crate::program::scores::thumbnail::thumbnail;
 use crate::program::scores::{Evaluation, Failure, Plan, over_white};
@@ -14,31 +15,34 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use polyreel::error::{Error, Result};
 use polyreel::ffmpeg::Processes;
 use polyreel::frame::Frame;
-use polyreel::options::Points;
+use polyreel::options::{Options, Points};
 use polyreel::source::{self, Input};
 
 use crate::program::cli::EvaluateArgs;
 use crate::program::{Outcome, print, record, terminal};
 
-/// Longest side of a picture on the page: two of them side by side on a small screen.
-const THUMBNAIL: u32 = 360;
+/// Bytes of all pictures of the page, about: more make a browser slow.
+const PAGE_BYTES: f64 = 40e6;
 
-/// The pictures of one input on the page: what they show, and a JPEG each.
+/// Bytes of a pixel of a JPEG in base64, about.
+const PIXEL_BYTES: f64 = 0.35;
+
+/// The pictures of one input on the page.
 struct Gallery {
     name: String,
-    pictures: Vec<(String, Vec<u8>)>,
+    pictures: Vec<Shown>,
+}
+
+/// A picture on the page: what it shows, its figures, and a JPEG.
+struct Shown {
+    title: String,
+    figures: String,
+    jpeg: Vec<u8>,
 }
 
 /// Evaluates every input by itself.
 pub(crate) fn evaluate(args: &EvaluateArgs) -> Result<Outcome> {
-    let options = args.look.options()?;
-    if options.points == Points::Auto {
-        return Err(Error::usage(
-            "evaluate compares methods at the same number of points: give --points N or N%; \
-             render --points auto finds the fewest",
-        ));
-    }
-    let plan = Plan { options, methods: args.chosen(), robustness: !args.no_robustness };
+    let plan = plan(args)?;
     if args.input.inputs.iter().any(|input| input == "-") {
         return Err(Error::usage("evaluate reads files: name pictures, clips or folders of them"));
     }
@@ -55,7 +59,9 @@ pub(crate) fn evaluate(args: &EvaluateArgs) -> Result<Outcome> {
         bar: bar(files.len() as u64, args.quiet),
         found: Evaluation { plan, stills: Vec::new(), clips: Vec::new(), failures: Vec::new() },
         galleries: Vec::new(),
+        longest: 0,
     };
+    work.longest = work.longest_side(files.len());
     for file in &files {
         work.bar.set_message(short_name(file));
         if let Err(error) = work.one(file) {
@@ -81,14 +87,49 @@ pub(crate) fn evaluate(args: &EvaluateArgs) -> Result<Outcome> {
     }
 }
 
+/// What is compared, as the arguments say.
+fn plan(args: &EvaluateArgs) -> Result<Plan> {
+    let options = args.look.options()?;
+    let robustness = !args.no_robustness;
+    if args.presets {
+        return Ok(Plan::of_presets(options, robustness));
+    }
+    if args.look.points == Some(Points::Auto) {
+        return Err(Error::usage(
+            "evaluate compares methods at the same number of points: give --points N or N%; \
+             render --points auto finds a number",
+        ));
+    }
+    let study = args.look.study.as_deref();
+    if args.studies || study.is_some() {
+        let points = args.look.points.unwrap_or(Options::paper().points);
+        let look = if study.is_some() { args.look.without_study()? } else { options };
+        return Ok(Plan::of_studies(look, points, study, robustness));
+    }
+    if options.points == Points::Auto {
+        return Err(Error::usage("the preset finds a number of points: give --points N or N%"));
+    }
+    Ok(Plan::of_methods(options, &args.chosen(), robustness))
+}
+
 struct Work<'a> {
     args: &'a EvaluateArgs,
     bar: ProgressBar,
     found: Evaluation,
     galleries: Vec<Gallery>,
+    /// Longest side of a picture on the page.
+    longest: u32,
 }
 
 impl Work<'_> {
+    /// The longest side of the pictures of `inputs`, so that the page does not grow too large.
+    fn longest_side(&self, inputs: usize) -> u32 {
+        let pictures = inputs * (1 + self.found.plan.variants().count());
+        let pixels = PAGE_BYTES / PIXEL_BYTES / pictures.max(1) as f64;
+        // Of pictures in the proportions 3:2.
+        ((pixels * 1.5).sqrt() as u32).clamp(320, 1280)
+    }
+
     fn one(&mut self, file: &Path) -> Result<()> {
         let input = source::open(&[file], &self.args.input.options(Processes::default()))?;
         let mut gallery = Gallery { name: short_name(file), pictures: Vec::new() };
@@ -110,11 +151,11 @@ impl Work<'_> {
             return Err(Error::input(file, "has no frame to evaluate"));
         };
         let frame = decoded.frame;
-        let pages = self.args.html.is_some();
+        let (pages, longest) = (self.args.html.is_some(), self.longest);
         let mut shown = Ok(());
         let mut add = |title: &str, picture: &Frame| {
             if pages && shown.is_ok() {
-                shown = show(gallery, title, picture);
+                shown = show(gallery, title, picture, longest);
             }
         };
         add("source", &over_white(&frame));
@@ -123,12 +164,16 @@ impl Work<'_> {
                 add(&variant.to_string(), f);
             })?;
         shown?;
+        let all = scores.methods.iter().chain(&scores.refined);
+        for (shown, scores) in gallery.pictures.iter_mut().skip(1).zip(all) {
+            shown.figures = page::figures(scores);
+        }
         self.found.stills.push(scores);
         Ok(())
     }
 
     fn clip(&mut self, file: &Path, input: Input, gallery: &mut Gallery) -> Result<()> {
-        let pages = self.args.html.is_some();
+        let (pages, longest) = (self.args.html.is_some(), self.longest);
         let mut shown = Ok(());
         let mut frames = input.start()?;
         let bar = &self.bar;
@@ -140,7 +185,7 @@ impl Work<'_> {
             &mut |variant, frame| {
                 if pages && shown.is_ok() {
                     let title = variant.map_or_else(|| "source".to_owned(), |v| v.to_string());
-                    shown = show(gallery, &title, frame);
+                    shown = show(gallery, &title, frame, longest);
                 }
             },
             &mut || {
@@ -157,8 +202,9 @@ impl Work<'_> {
     }
 }
 
-fn show(gallery: &mut Gallery, title: &str, frame: &Frame) -> Result<()> {
-    gallery.pictures.push((title.to_owned(), thumbnail(frame, THUMBNAIL)?));
+fn show(gallery: &mut Gallery, title: &str, frame: &Frame, longest: u32) -> Result<()> {
+    let jpeg = thumbnail(frame, longest)?;
+    gallery.pictures.push(Shown { title: title.to_owned(), figures: String::new(), jpeg });
     Ok(())
 }
 
@@ -209,11 +255,12 @@ fn check_outputs(args: &EvaluateArgs, files: &[PathBuf]) -> Result<()> {
 }
 
 fn write_all(args: &EvaluateArgs, found: &Evaluation, galleries: &[Gallery]) -> Result<()> {
-    let tables = tables(found);
+    let (short, long) = (summaries(found), tables(found));
     if !args.quiet && !outputs(args).any(|path| is_stdout(path)) {
-        let text: Vec<_> = tables.iter().map(|table| table.to_text()).collect();
+        let text: Vec<_> = short.iter().map(|table| table.to_text()).collect();
         print(text.join("\n").as_bytes())?;
     }
+    let tables = [short, long].concat();
     if let Some(path) = &args.json {
         let value = serde_json::json!({ "evaluation": found, "tables": tables });
         let mut json = serde_json::to_vec_pretty(&value).expect("plain data becomes JSON");

@@ -11,15 +11,14 @@ use polyreel::metric::flicker::Flicker;
 use polyreel::metric::mse::mse;
 use polyreel::metric::ssim::ssim;
 use polyreel::metric::warp::WarpError;
-use polyreel::options::Method;
 use polyreel::render::Renderer;
 use polyreel::source::Source;
 
 /// The figures of a method on a clip.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(crate) struct ClipMethodScores {
-    /// The method.
-    pub(crate) method: Method,
+    /// The method, study or preset.
+    pub(crate) method: String,
     /// Frames per second from pixels to pixels, one frame after the other: no decoding, no encoding.
     pub(crate) fps: f64,
     /// Mean SSIM of the frames (rounded luma, 7x7); `None` for frames smaller than the window.
@@ -62,8 +61,8 @@ impl ClipScores {
 }
 
 /// A method in the middle of a clip.
-struct Run {
-    variant: Variant,
+struct Run<'a> {
+    variant: Variant<'a>,
     renderer: Renderer,
     time: Duration,
     ssim: Option<f64>,
@@ -74,11 +73,11 @@ struct Run {
     kept: usize,
 }
 
-impl Run {
-    fn new(variant: Variant, plan: &Plan) -> Result<Self> {
+impl<'a> Run<'a> {
+    fn new(variant: Variant<'a>) -> Result<Self> {
         Ok(Self {
             variant,
-            renderer: Renderer::new(&plan.options_for(variant))?,
+            renderer: Renderer::new(variant.options())?,
             time: Duration::ZERO,
             ssim: Some(0.0),
             mse: 0.0,
@@ -108,7 +107,7 @@ impl Run {
     fn scores(&self, frames: u64) -> ClipMethodScores {
         let n = frames.max(1) as f64;
         ClipMethodScores {
-            method: self.variant.method,
+            method: self.variant.subject.name.clone(),
             fps: frames as f64 / self.time.as_secs_f64().max(1e-9),
             ssim: self.ssim.map(|sum| sum / n),
             mse: self.mse / n,
@@ -129,10 +128,10 @@ pub(crate) fn evaluate_clip(
     path: PathBuf,
     frames: &mut dyn Source,
     plan: &Plan,
-    seen: &mut dyn FnMut(Option<Variant>, &Frame),
+    seen: &mut dyn FnMut(Option<Variant<'_>>, &Frame),
     done: &mut dyn FnMut(),
 ) -> Result<ClipScores> {
-    let runs = plan.variants().map(|variant| Run::new(variant, plan));
+    let runs = plan.variants().map(Run::new);
     let mut runs = runs.collect::<Result<Vec<_>>>()?;
     let mut own = WarpError::new();
     let (mut size, mut count) = (Size::new(0, 0), 0);

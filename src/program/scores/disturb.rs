@@ -11,6 +11,9 @@ use polyreel::frame::Frame;
 /// MATLAB's `imnoise` and scikit-image's `random_noise`.
 const NOISE: f64 = 25.5;
 
+/// The paper's: half a step of 0..255.
+const FAINT_NOISE: f64 = 0.5;
+
 /// Share of the frame that is covered.
 const OCCLUDED: f64 = 0.02;
 
@@ -21,6 +24,8 @@ const JPEG_QUALITY: u8 = 10;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Disturbance {
+    /// Gaussian noise of standard deviation 0.5 on every channel.
+    FaintNoise,
     /// Gaussian noise of standard deviation 25.5 on every channel.
     Noise,
     /// A black rectangle of the frame's proportions over 2 % of it.
@@ -31,7 +36,8 @@ pub(crate) enum Disturbance {
 
 impl Disturbance {
     /// All of them, in the order in which they are listed.
-    pub(crate) const ALL: [Self; 3] = [Self::Noise, Self::Occlusion, Self::Jpeg];
+    pub(crate) const ALL: [Self; 4] =
+        [Self::FaintNoise, Self::Noise, Self::Occlusion, Self::Jpeg];
 
     /// `frame`, which must be opaque, after it. Chance is decided by `seed`.
     ///
@@ -39,14 +45,15 @@ impl Disturbance {
     /// When the JPEG codec fails.
     pub(crate) fn apply(self, frame: &Frame, seed: u64) -> Result<Frame> {
         match self {
-            Self::Noise => noisy(frame, seed),
+            Self::FaintNoise => noisy(frame, FAINT_NOISE, seed),
+            Self::Noise => noisy(frame, NOISE, seed),
             Self::Occlusion => occluded(frame, seed),
             Self::Jpeg => compressed(frame),
         }
     }
 }
 
-fn noisy(frame: &Frame, seed: u64) -> Result<Frame> {
+fn noisy(frame: &Frame, sigma: f64, seed: u64) -> Result<Frame> {
     let size = frame.size();
     let mut pixels = frame.pixels().to_vec();
     for (pixel, i) in pixels.iter_mut().zip(0u32..) {
@@ -57,7 +64,7 @@ fn noisy(frame: &Frame, seed: u64) -> Result<Frame> {
             let normal =
                 (-2.0 * (1.0 - throw(0)).ln()).sqrt() * (throw(1) * std::f64::consts::TAU).cos();
             // A float cast to an integer saturates.
-            *value = (f64::from(*value) + NOISE * normal + 0.5) as u8;
+            *value = (f64::from(*value) + sigma * normal + 0.5) as u8;
         }
     }
     Ok(Frame::new(size, pixels)?)
@@ -112,6 +119,9 @@ mod tests {
             |d: Disturbance| mse(&grey, &d.apply(&grey, 3).expect("applies")).expect("one size");
         let noise = error(Disturbance::Noise);
         assert!((noise / (NOISE * NOISE) - 1.0).abs() < 0.03, "{noise}");
+        // Rounded to whole steps, it has a variance of 1/12 more.
+        let faint = error(Disturbance::FaintNoise);
+        assert!((faint / (FAINT_NOISE * FAINT_NOISE + 1.0 / 12.0) - 1.0).abs() < 0.05, "{faint}");
         let covered = error(Disturbance::Occlusion) / (128.0 * 128.0);
         assert!((covered / OCCLUDED - 1.0).abs() < 0.05, "{covered}");
         assert!(error(Disturbance::Jpeg) < 4.0, "flat grey survives");

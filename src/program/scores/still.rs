@@ -11,7 +11,7 @@ use polyreel::geom::Size;
 use polyreel::mesh_stream::{Grid, pack};
 use polyreel::metric::mse::{mse, psnr};
 use polyreel::metric::ssim::{ssim, ssim_gaussian};
-use polyreel::options::{Method, Options};
+use polyreel::options::Options;
 use polyreel::render::{Rendered, Renderer};
 
 /// The likeness of a rendering to its source.
@@ -46,8 +46,8 @@ impl Likeness {
 /// The figures of a method on a still.
 #[derive(Clone, Debug, serde::Serialize)]
 pub(crate) struct MethodScores {
-    /// The method.
-    pub(crate) method: Method,
+    /// The method, study or preset.
+    pub(crate) method: String,
     /// Feature points of level one.
     pub(crate) candidates: usize,
     /// 100 - 100 x feature points / pixels, as the paper's Table 2 prints its rates.
@@ -105,7 +105,7 @@ pub(crate) fn evaluate_still(
     frame: &Frame,
     file_bytes: Option<u64>,
     plan: &Plan,
-    seen: &mut dyn FnMut(Variant, &Frame),
+    seen: &mut dyn FnMut(Variant<'_>, &Frame),
 ) -> Result<StillScores> {
     let source = over_white(frame);
     let disturbed: Vec<(Disturbance, Frame)> = if plan.robustness {
@@ -117,7 +117,7 @@ pub(crate) fn evaluate_still(
     let (mut methods, mut refined) = (Vec::new(), Vec::new());
     for variant in plan.variants() {
         // No frame follows a still: the number of steps is exact.
-        let options = Options { coherence: 0.0, ..plan.options_for(variant) };
+        let options = Options { coherence: 0.0, ..variant.options().clone() };
         let render = |frame: &Frame| Renderer::new(&options)?.render(frame);
         let began = Instant::now();
         let rendered = render(frame)?;
@@ -130,7 +130,7 @@ pub(crate) fn evaluate_still(
             Ok((*disturbance, Likeness::of(&source, &render(frame)?.picture)?))
         });
         let robustness = tried.collect::<Result<_>>()?;
-        let scores = scores(variant.method, file_bytes, &rendered, likeness, ms)?;
+        let scores = scores(variant.subject.name.clone(), file_bytes, &rendered, likeness, ms)?;
         let list = if variant.refined { &mut refined } else { &mut methods };
         list.push(MethodScores { robustness, ..scores });
     }
@@ -138,7 +138,7 @@ pub(crate) fn evaluate_still(
 }
 
 fn scores(
-    method: Method,
+    method: String,
     file_bytes: Option<u64>,
     rendered: &Rendered,
     likeness: Likeness,

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use super::disturb::Disturbance;
 use super::still::{MethodScores, StillScores};
-use super::{Evaluation, Table, Variant};
-use polyreel::options::Method;
+use super::plan::name;
+use super::{Evaluation, Table};
 
 /// A dash where there is no figure.
-const NONE: &str = "-";
+pub(super) const NONE: &str = "-";
 
 /// All tables for which there are figures, in the order of the paper.
 pub(crate) fn tables(evaluation: &Evaluation) -> Vec<Table> {
@@ -34,15 +34,15 @@ pub(crate) fn short_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-fn cells<const N: usize>(cells: [&str; N]) -> Vec<String> {
+pub(super) fn cells<const N: usize>(cells: [&str; N]) -> Vec<String> {
     cells.iter().map(|&cell| cell.to_owned()).collect()
 }
 
-fn figure(value: Option<f64>, digits: usize) -> String {
+pub(super) fn figure(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| NONE.to_owned(), |v| format!("{v:.digits$}"))
 }
 
-fn mean(values: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+pub(super) fn mean(values: impl Iterator<Item = Option<f64>>) -> Option<f64> {
     let (mut sum, mut count) = (0.0, 0);
     for value in values.flatten() {
         sum += value;
@@ -52,7 +52,10 @@ fn mean(values: impl Iterator<Item = Option<f64>>) -> Option<f64> {
 }
 
 /// All scores of one method.
-fn of_method(evaluation: &Evaluation, method: Method) -> impl Iterator<Item = &MethodScores> {
+pub(super) fn of_method<'a>(
+    evaluation: &'a Evaluation,
+    method: &'a str,
+) -> impl Iterator<Item = &'a MethodScores> {
     let all = evaluation.stills.iter().flat_map(|still| &still.methods);
     all.filter(move |scores| scores.method == method)
 }
@@ -61,18 +64,18 @@ fn of_method(evaluation: &Evaluation, method: Method) -> impl Iterator<Item = &M
 fn per_still(
     evaluation: &Evaluation,
     row: impl Fn(&StillScores, &MethodScores) -> Vec<String>,
-    mean_row: impl Fn(Method) -> Vec<String>,
+    mean_row: impl Fn(&str) -> Vec<String>,
 ) -> Vec<Vec<String>> {
     let mut rows = Vec::new();
     for still in &evaluation.stills {
         for scores in &still.methods {
-            let mut line = vec![short_name(&still.path), scores.method.name().to_owned()];
+            let mut line = vec![short_name(&still.path), scores.method.clone()];
             line.extend(row(still, scores));
             rows.push(line);
         }
     }
-    for &method in &evaluation.plan.methods {
-        let mut line = vec!["mean".to_owned(), method.name().to_owned()];
+    for method in evaluation.plan.names() {
+        let mut line = vec!["mean".to_owned(), method.to_owned()];
         line.extend(mean_row(method));
         rows.push(line);
     }
@@ -132,12 +135,12 @@ fn sizes(evaluation: &Evaluation) -> Table {
         },
     );
     for (name, pick) in [("min", f64::min as fn(f64, f64) -> f64), ("max", f64::max)] {
-        for &method in &evaluation.plan.methods {
+        for method in evaluation.plan.names() {
             let most = |values: &mut dyn Iterator<Item = f64>| values.reduce(pick);
             let scores = || of_method(evaluation, method);
             rows.push(vec![
                 name.to_owned(),
-                method.name().to_owned(),
+                method.to_owned(),
                 figure(most(&mut evaluation.stills.iter().filter_map(file)), 0),
                 figure(most(&mut scores().map(|s| s.mesh_bytes as f64)), 0),
                 figure(most(&mut scores().filter_map(|s| s.reduction)), 2),
@@ -158,7 +161,7 @@ fn sizes(evaluation: &Evaluation) -> Table {
 }
 
 fn likeness(evaluation: &Evaluation) -> Table {
-    let mean_row = |method| mean_likeness(|| of_method(evaluation, method));
+    let mean_row = |method: &str| mean_likeness(|| of_method(evaluation, method));
     let rows = per_still(evaluation, |_, s| mean_likeness(|| std::iter::once(s)), mean_row);
     Table {
         title: "Table 4: likeness and time".into(),
@@ -188,7 +191,7 @@ where
     ]
 }
 
-fn pictures(evaluation: &Evaluation) -> String {
+pub(super) fn pictures(evaluation: &Evaluation) -> String {
     match evaluation.stills.len() {
         1 => "1 picture".to_owned(),
         n => format!("{n} pictures"),
@@ -196,8 +199,8 @@ fn pictures(evaluation: &Evaluation) -> String {
 }
 
 fn means(evaluation: &Evaluation) -> Table {
-    let row = |&method: &Method| {
-        let mut line = vec![method.name().to_owned()];
+    let row = |method: &str| {
+        let mut line = vec![method.to_owned()];
         line.extend(mean_likeness(|| of_method(evaluation, method)));
         line
     };
@@ -205,14 +208,14 @@ fn means(evaluation: &Evaluation) -> Table {
         title: "Table 4, means: methods over all pictures".into(),
         note: format!("{}. {LIKENESS_NOTE}", pictures(evaluation)),
         head: cells(["method", "SSIM", "SSIM gauss", "MSE", "PSNR dB", "ms"]),
-        rows: evaluation.plan.methods.iter().map(row).collect(),
+        rows: evaluation.plan.names().map(row).collect(),
     }
 }
 
 /// The same method's scores on one still, without and with refinement.
-type Pair<'a> = (&'a MethodScores, &'a MethodScores);
+pub(super) type Pair<'a> = (&'a MethodScores, &'a MethodScores);
 
-fn pairs(still: &StillScores) -> impl Iterator<Item = Pair<'_>> {
+pub(super) fn pairs(still: &StillScores) -> impl Iterator<Item = Pair<'_>> {
     still.methods.iter().zip(&still.refined)
 }
 
@@ -222,17 +225,22 @@ const REFINEMENT: [&str; 9] =
 const REFINEMENT_NOTE: &str = "Every method as in Table 4, and its mesh refined. The last columns are \
     what refinement leaves of MSE and of the distance 1 - SSIM: below 1 is better.";
 
+/// With a digit behind the point, if it is not 0.
+fn rounded(value: f64) -> String {
+    format!("{}", (value * 10.0).round() / 10.0)
+}
+
 /// Two rows with the means of `pairs`: without refinement, and with it.
-fn refinement_rows<'a, I>(method: Method, pairs: impl Fn() -> I) -> [Vec<String>; 2]
+fn refinement_rows<'a, I>(method: &str, pairs: impl Fn() -> I) -> [Vec<String>; 2]
 where
     I: Iterator<Item = Pair<'a>>,
 {
-    let name = |refined| Variant { method, refined }.to_string();
-    let mut plain = vec![name(false), "0".to_owned()];
+    let before = mean(pairs().map(|(s, _)| Some(f64::from(s.refine_steps)))).unwrap_or_default();
+    let mut plain = vec![name(method, false), rounded(before)];
     plain.extend(mean_likeness(|| pairs().map(|(plain, _)| plain)));
     plain.extend(cells([NONE, NONE]));
     let steps = mean(pairs().map(|(_, s)| Some(f64::from(s.refine_steps)))).unwrap_or_default();
-    let mut refined = vec![name(true), format!("{}", (steps * 10.0).round() / 10.0)];
+    let mut refined = vec![name(method, true), rounded(steps)];
     refined.extend(mean_likeness(|| pairs().map(|(_, refined)| refined)));
     let share = |before: f64, after: f64| (before > 0.0).then(|| after / before);
     let left = |value: fn(&MethodScores) -> Option<f64>| {
@@ -248,7 +256,7 @@ fn refinement(evaluation: &Evaluation) -> Table {
     let mut rows = Vec::new();
     for still in &evaluation.stills {
         for pair in pairs(still) {
-            for cells in refinement_rows(pair.0.method, || std::iter::once(pair)) {
+            for cells in refinement_rows(&pair.0.method, || std::iter::once(pair)) {
                 rows.push([vec![short_name(&still.path)], cells].concat());
             }
         }
@@ -262,7 +270,7 @@ fn refinement(evaluation: &Evaluation) -> Table {
 }
 
 fn mean_refinement(evaluation: &Evaluation) -> Table {
-    let rows = |&method: &Method| {
+    let rows = |method: &str| {
         let all = || evaluation.stills.iter().flat_map(pairs);
         refinement_rows(method, || all().filter(move |(plain, _)| plain.method == method))
     };
@@ -270,13 +278,13 @@ fn mean_refinement(evaluation: &Evaluation) -> Table {
         title: "Refinement, means: methods over all pictures".into(),
         note: format!("{}. {REFINEMENT_NOTE}", pictures(evaluation)),
         head: cells(REFINEMENT),
-        rows: evaluation.plan.methods.iter().flat_map(rows).collect(),
+        rows: evaluation.plan.names().flat_map(rows).collect(),
     }
 }
 
 fn robustness(evaluation: &Evaluation) -> Table {
-    let row = |&method: &Method| {
-        let mut line = vec![method.name().to_owned()];
+    let row = |method: &str| {
+        let mut line = vec![method.to_owned()];
         let scores = || of_method(evaluation, method);
         line.push(figure(mean(scores().map(|s| s.likeness.ssim)), 4));
         line.push(figure(mean(scores().map(|s| Some(s.likeness.mse))), 1));
@@ -292,14 +300,14 @@ fn robustness(evaluation: &Evaluation) -> Table {
     Table {
         title: "Robustness: renderings of disturbed pictures".into(),
         note: "Means over all pictures. The rendering of the disturbed picture is compared with the \
-               undisturbed one: Gaussian noise of standard deviation 25.5, a black rectangle over 2 % \
-               of the frame, JPEG of quality 10."
+               undisturbed one: Gaussian noise of standard deviation 0.5 of 255 (the paper's) and of 25.5, a \
+               black rectangle over 2 % of the frame, JPEG of quality 10."
             .into(),
         head: cells([
-            "method", "SSIM", "MSE", "noise SSIM", "noise MSE", "occlusion SSIM", "occlusion MSE",
-            "jpeg SSIM", "jpeg MSE",
+            "method", "SSIM", "MSE", "faint SSIM", "faint MSE", "noise SSIM", "noise MSE",
+            "occlusion SSIM", "occlusion MSE", "jpeg SSIM", "jpeg MSE",
         ]),
-        rows: evaluation.plan.methods.iter().map(row).collect(),
+        rows: evaluation.plan.names().map(row).collect(),
     }
 }
 
@@ -316,7 +324,7 @@ fn clips(evaluation: &Evaluation) -> Table {
         for (s, refined) in plain.chain(clip.refined.iter().map(|s| (s, true))) {
             rows.push(vec![
                 short_name(&clip.path),
-                Variant { method: s.method, refined }.to_string(),
+                name(&s.method, refined),
                 clip.size.to_string(),
                 clip.frames.to_string(),
                 format!("{:.1}", s.fps),

@@ -30,7 +30,7 @@ const TOLERANCE: f32 = 1.0;
 
 /// A straight piece of an edge is split as if its middle were this share of its length off it: an edge of a mesh holds
 /// on to the picture's only where it has vertices.
-const STRAIGHT_SHARE: f32 = 0.1;
+const STRAIGHT_SHARE: f32 = 0.25;
 
 pub(super) fn features(extractor: &Extractor, frame: &Frame) -> Features {
     let options = &extractor.options;
