@@ -17,8 +17,8 @@ const NUMBER: usize = 4;
 
 /// Colours: first those that colour-blind readers tell apart (Okabe and Ito, "Color Universal Design", 2008).
 pub(crate) const COLOURS: [&str; 15] = [
-    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a4fb5", "#8c6d31", "#c0392b",
-    "#5f6b6d", "#2ca089", "#9acd32", "#b03a78", "#3f51b5", "#795548",
+    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7a4fb5", "#8c6d31",
+    "#c0392b", "#5f6b6d", "#2ca089", "#9acd32", "#b03a78", "#3f51b5", "#795548",
 ];
 
 /// A tick of the horizontal axis.

@@ -168,11 +168,7 @@ fn lines(
         name: name.to_owned(),
         colour,
         dashed: refined,
-        values: found
-            .stills
-            .iter()
-            .map(|still| still.of(refined).get(i).and_then(value))
-            .collect(),
+        values: found.stills.iter().map(|still| still.of(refined).get(i).and_then(value)).collect(),
     })
 }
 
@@ -207,8 +203,7 @@ fn body(table: &Table) -> String {
 }
 
 fn pictures(gallery: &Gallery) -> String {
-    let mut html =
-        format!("<h3>{}</h3>\n<div class=\"pictures\">\n", escaped(&gallery.name));
+    let mut html = format!("<h3>{}</h3>\n<div class=\"pictures\">\n", escaped(&gallery.name));
     for Shown { title, figures, jpeg } in &gallery.pictures {
         let _ = writeln!(
             html,

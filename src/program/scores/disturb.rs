@@ -36,8 +36,7 @@ pub(crate) enum Disturbance {
 
 impl Disturbance {
     /// All of them, in the order in which they are listed.
-    pub(crate) const ALL: [Self; 4] =
-        [Self::FaintNoise, Self::Noise, Self::Occlusion, Self::Jpeg];
+    pub(crate) const ALL: [Self; 4] = [Self::FaintNoise, Self::Noise, Self::Occlusion, Self::Jpeg];
 
     /// `frame`, which must be opaque, after it. Chance is decided by `seed`.
     ///

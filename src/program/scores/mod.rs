@@ -15,8 +15,8 @@ pub(crate) mod thumbnail;
 use std::path::PathBuf;
 
 use clip::ClipScores;
-pub(crate) use polyreel::metric::over_white;
 pub(crate) use plan::{Kind, Plan, Variant};
+pub(crate) use polyreel::metric::over_white;
 use still::StillScores;
 pub(crate) use table::Table;
 

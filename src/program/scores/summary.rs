@@ -109,7 +109,8 @@ fn clips(evaluation: &Evaluation) -> Table {
     }
     Table {
         title: "Clips: means over all of them".into(),
-        note: "Frames per second of the work inside frames; FDB and E_warp as in the long table.".into(),
+        note: "Frames per second of the work inside frames; FDB and E_warp as in the long table."
+            .into(),
         head: cells([
             evaluation.plan.kind.noun(),
             "fps",

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::disturb::Disturbance;
-use super::still::{MethodScores, StillScores};
 use super::plan::name;
+use super::still::{MethodScores, StillScores};
 use super::{Evaluation, Table};
 
 /// A dash where there is no figure.
