@@ -100,7 +100,8 @@ fn every_golden_picture_belongs_to_a_test() {
     for entry in std::fs::read_dir(folder()).expect("the golden folder") {
         let path = entry.expect("an entry").path();
         let name = path.file_stem().expect("a name").to_string_lossy();
-        let is_used = ["check", "compare"].map(|f| tests.contains(&format!("{f}(\"{name}\"")));
+        let is_used =
+            ["check", "compare", "study"].map(|f| tests.contains(&format!("{f}(\"{name}\"")));
         assert!(
             name == "REASONS" || is_used.contains(&true),
             "no test names {}: remove it",
@@ -302,6 +303,58 @@ fn pic2polyart() {
 fn sobel_before_density() {
     let options = Options { features: Some(FrontEnd::Sobel), ..unrefined(Method::Hrlp) };
     check("sobel", &options, &[scene(SIZE, 0, false)]);
+}
+
+/// A study at a number of points that shows its triangles.
+fn study(name: &str) {
+    let published = Options::study(name).expect(name);
+    let options = Options { points: Points::Count(220), error: None, ..published };
+    check(name, &options, &[scene(SIZE, 0, false)]);
+}
+
+#[test]
+fn study_gai_2015() {
+    study("gai-2015");
+}
+
+#[test]
+fn study_zhang_2016() {
+    study("zhang-2016");
+}
+
+#[test]
+fn study_qian_2016() {
+    study("qian-2016");
+}
+
+#[test]
+fn study_uasmith_2017() {
+    study("uasmith-2017");
+}
+
+#[test]
+fn study_ma_2017() {
+    study("ma-2017");
+}
+
+#[test]
+fn study_ng_2017() {
+    study("ng-2017");
+}
+
+#[test]
+fn study_lawonn_2018() {
+    study("lawonn-2018");
+}
+
+#[test]
+fn study_pic2polyart_2021() {
+    study("pic2polyart-2021");
+}
+
+#[test]
+fn study_laske_2024() {
+    study("laske-2024");
 }
 
 /// After a first frame with all details.

@@ -19,6 +19,7 @@ mod orders;
 mod outline;
 mod pipeline;
 mod planes;
+mod studies;
 mod temporal;
 #[path = "../support/wait.rs"]
 mod wait;

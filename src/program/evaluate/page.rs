@@ -115,6 +115,9 @@ pub(super) fn figures(scores: &MethodScores) -> String {
     )
 }
 
+/// A figure of a rendering, if it has it.
+type Value = fn(&MethodScores) -> Option<f64>;
+
 /// A plot for each figure that the paper plots: points of both levels, SSIM, MSE and time.
 fn plots(found: &Evaluation) -> String {
     let place = |still: &StillScores| {
@@ -130,7 +133,7 @@ fn plots(found: &Evaluation) -> String {
     let is_crowded = found.plan.subjects.len() > TOGETHER;
     let refines = found.plan.refines();
     let mut html = String::from("<section>\n");
-    let mut plot = |title: &str, shown: &[bool], value: fn(&MethodScores) -> Option<f64>| {
+    let mut plot = |title: &str, shown: &[bool], value: Value| {
         let lines: Vec<_> =
             shown.iter().flat_map(|&refined| lines(found, refined, value)).collect();
         let plot = svg(title, &places, &lines);
@@ -139,7 +142,7 @@ fn plots(found: &Evaluation) -> String {
         }
     };
     plot("Feature points by picture (level 1)", &[false], |s| Some(s.candidates as f64));
-    let all: [(&str, fn(&MethodScores) -> Option<f64>); 3] = [
+    let all: [(&str, Value); 3] = [
         ("SSIM by picture", |s| s.likeness.ssim),
         ("MSE by picture", |s| Some(s.likeness.mse)),
         ("Seconds by picture", |s| Some(s.ms / 1e3)),
@@ -158,11 +161,7 @@ fn plots(found: &Evaluation) -> String {
 }
 
 /// A line for each subject.
-fn lines(
-    found: &Evaluation,
-    refined: bool,
-    value: fn(&MethodScores) -> Option<f64>,
-) -> impl Iterator<Item = Line> {
+fn lines(found: &Evaluation, refined: bool, value: Value) -> impl Iterator<Item = Line> {
     let coloured = found.plan.names().zip(COLOURS.into_iter().cycle()).enumerate();
     coloured.map(move |(i, (name, colour))| Line {
         name: name.to_owned(),

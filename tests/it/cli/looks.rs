@@ -69,3 +69,21 @@ fn bad_requests_are_refused_clearly() {
     }
     assert_eq!(folder.listing(), ["bad.png", "bad.toml", "in.png"]);
 }
+
+#[test]
+fn studies_are_looks_too_and_misspelt_names_are_recognised() {
+    let folder = Folder::new();
+    folder.still("in.png", 60, 40);
+    folder.gif("in.gif", &[40; 4]);
+    folder.run("looks in.png -o some.png -q --study gai-2015,hslp").success();
+    folder.run("looks in.png -o all.png -q --studies").success();
+    folder.run("render in.gif -o out.gif -q --study ma-2017 --coherence 0.4").success();
+    let wrong = super::stderr(&folder.run("render in.png -o a.png --study gai2015").code(2));
+    assert!(wrong.contains("did you mean 'gai-2015'?"), "{wrong}");
+    folder.run("render in.png -o a.png --study hrlp --preset paper").code(2);
+    let text = super::stdout(&folder.run("presets ma-2017").success());
+    assert!(text.contains("thinning") && text.contains("saliency"), "{text}");
+    folder.run("render in.png -o study.png -q --study hrlp").success();
+    folder.run("render in.png -o paper.png -q --preset paper").success();
+    assert!(folder.read("study.png") == folder.read("paper.png"));
+}

@@ -60,7 +60,7 @@ impl Bilateral {
                 *pixel = mean(near[radius][x], &near, columns, &disk, &by_colour);
             }
         });
-        Ok(Frame::known(size, pixels, frame.is_opaque())?)
+        Frame::known(size, pixels, frame.is_opaque())
     }
 }
 

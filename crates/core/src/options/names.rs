@@ -50,7 +50,7 @@ named! {
         /// ENTROPY).
         Entropy = "entropy",
         /// Canny's edges and salient points, a quarter of the seeds for each band of saliency (baseline
-        /// Pic2PolyArt). The original also detects faces; this one does not, see `sample/bands.rs`.
+        /// Pic2PolyArt).
         Pic2polyart = "pic2polyart",
         /// The feature points with the highest scores; of contours and drawn edges those that matter most to their
         /// shape.

@@ -21,7 +21,7 @@ pub const STUDIES: [Preset; 14] = [
         uasmith_2017,
     ),
     Preset::new("ma-2017", "corners of superpixels, thinned by saliency; more contrast", ma_2017),
-    Preset::new("ng-2017", "Canny's edges and salient points, more where it is salient", ng_2017),
+    Preset::new("ng-2017", "Canny's edges and salient points, more on faces", ng_2017),
     Preset::new(
         "lawonn-2018",
         "seeds by saliency, moved and added until the error is met",
@@ -29,7 +29,7 @@ pub const STUDIES: [Preset; 14] = [
     ),
     Preset::new(
         "pic2polyart-2021",
-        "edges and salient points, as many from each band of saliency",
+        "edges and salient points, as many from each band of saliency, more on faces",
         pic2polyart_2021,
     ),
     Preset::new("laske-2024", "sharpened, Sobel's edges, colours at the centroids", laske_2024),
@@ -52,6 +52,9 @@ pub const STUDIES: [Preset; 14] = [
 fn by(method: Method) -> Options {
     Options { method, ..Options::paper() }
 }
+
+/// Faces, where the engine is built with their detector; what is salient otherwise.
+const FACES: Focus = if cfg!(feature = "faces") { Focus::Faces } else { Focus::Saliency };
 
 fn gai_2015() -> Options {
     Options { fill: FillMode::Median, focus: Some(Focus::Saliency), ..by(Method::Stippling) }
@@ -86,11 +89,7 @@ fn ma_2017() -> Options {
 }
 
 fn ng_2017() -> Options {
-    Options {
-        features: Some(FrontEnd::SalientEdges),
-        focus: Some(Focus::Saliency),
-        ..by(Method::Rlp)
-    }
+    Options { features: Some(FrontEnd::SalientEdges), focus: Some(FACES), ..by(Method::Rlp) }
 }
 
 fn lawonn_2018() -> Options {
@@ -104,7 +103,7 @@ fn lawonn_2018() -> Options {
 }
 
 fn pic2polyart_2021() -> Options {
-    Options { focus: Some(Focus::Saliency), ..by(Method::Pic2polyart) }
+    Options { focus: Some(FACES), ..by(Method::Pic2polyart) }
 }
 
 fn laske_2024() -> Options {

@@ -1,9 +1,7 @@
 //! Level two of the baseline Pic2PolyArt: an equal share of the seeds for each of four bands of
 //! saliency, 0-63, 64-127, 128-191 and 192-255, chosen among edges and salient points.
 //!
-//! The original also puts points on faces. This one does not: of the face detectors for Rust, those on ONNX download
-//! their models at run time, and `rustface`, which includes its model, had its last release in 2021 and reads pixels
-//! through raw pointers.
+//! The original also puts points on faces: here `--focus faces` gives them more.
 
 use super::thin;
 use crate::feature::mask::Mask;

@@ -12,7 +12,7 @@ pub(super) fn scatter(points: &mut Vec<(u32, u32)>, size: Size, count: usize, se
     }
     let mut taken = Mask::new(size);
     points.iter().for_each(|&(x, y)| taken.insert(x, y));
-    let part = |bits: u64, side: u32| ((bits & 0xffff_ffff) * u64::from(side) >> 32) as u32;
+    let part = |bits: u64, side: u32| (((bits & 0xffff_ffff) * u64::from(side)) >> 32) as u32;
     for i in 0..count as u32 {
         let bits = rank(seed, Purpose::Phase, i, u32::MAX);
         let (x, y) = (part(bits, size.width), part(bits >> 32, size.height));
