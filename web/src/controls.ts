@@ -56,8 +56,9 @@ export class Controls {
   constructor(private readonly store: Store) {
     this.points();
     for (const slider of SLIDERS) this.slider(slider);
-    this.choice('fill', texts.fill);
-    this.choice('shape', texts.shape);
+    this.choice('fill', texts.fill, value => store.set({ fill: value }));
+    this.choice('shape', texts.shape, value => store.set({ shape: value }));
+    this.choice('focus', texts.focus, value => store.focus(value));
     this.outline();
   }
 
@@ -133,17 +134,21 @@ export class Controls {
     });
   }
 
-  private choice(name: 'fill' | 'shape', words: Record<string, string>): void {
-    const group = element(name);
+  private choice(
+    name: 'fill' | 'shape' | 'focus',
+    words: Record<string, string>,
+    choose: (value: string | null) => void,
+  ): void {
+    const group = element(`${name}-choice`);
     const buttons = (this.store.described.choices[name] ?? []).map(value => {
-      const input = make('input', { type: 'radio', name, value, id: `${name}-${value}` });
-      input.onchange = () => this.store.set({ [name]: value });
-      const label = make('label', { for: input.id }, words[value] ?? value);
+      const input = make('input', { type: 'radio', name, value: String(value), id: `${name}-${value}` });
+      input.onchange = () => choose(value);
+      const label = make('label', { for: input.id }, words[String(value)] ?? String(value));
       group.append(make('span', { class: 'option' }, input, label));
       return input;
     });
     this.inputs.set(name, values => {
-      for (const input of buttons) input.checked = input.value === values[name];
+      for (const input of buttons) input.checked = input.value === String(values[name]);
     });
   }
 

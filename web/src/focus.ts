@@ -1,12 +1,15 @@
-/** Focus by painting: more and smaller facets where the brush was. */
+/** Focus by painting: more and smaller facets where the brush was, and on faces that were clicked. */
 
-import { element } from './dom';
-import type { Mask } from './messages';
+import { element, make } from './dom';
+import type { Face, Mask } from './messages';
+import { texts } from './texts';
 
 /** The longest side of a mask: the engine asks no finer. */
 const LONGEST = 192;
 /** The brush's radius as a share of the shorter side, and what a touch paints. */
 const RADIUS = 0.09;
+/** How far a face reaches beyond its box, so that its outline belongs to it. */
+const REACH = 1.25;
 /** What a mask says of places that nobody painted: neither more nor less than others. */
 const NEUTRAL = 128;
 
@@ -15,11 +18,20 @@ export class Painting {
   private readonly button = element('focus');
   private readonly clear = element('unfocus');
   private readonly context = this.canvas.getContext('2d', { willReadFrequently: true });
+  private readonly rings = element('faces');
   private last: [number, number] | null = null;
+  private round = 0;
 
-  /** `painted` is called after each stroke. */
-  constructor(private readonly painted: (mask: Mask | null) => void) {
-    this.button.onclick = () => this.set(this.button.getAttribute('aria-pressed') !== 'true');
+  /** `painted` is called after each stroke, `find` gives the faces of the frame that is seen. */
+  constructor(
+    private readonly painted: (mask: Mask | null) => void,
+    private readonly find: () => Promise<Face[]>,
+  ) {
+    this.button.onclick = () => {
+      const on = this.button.getAttribute('aria-pressed') !== 'true';
+      this.set(on);
+      if (on) void this.look();
+    };
     this.clear.onclick = () => {
       this.show(null);
       this.painted(null);
@@ -48,6 +60,49 @@ export class Painting {
   set(on: boolean): void {
     this.button.setAttribute('aria-pressed', String(on));
     this.canvas.hidden = !on;
+    this.rings.hidden = !on;
+    this.rings.replaceChildren();
+    this.round++;
+  }
+
+  /** Rings around the faces, to be clicked. Without faces, or where they cannot be found, there is the brush. */
+  private async look(): Promise<void> {
+    const { round } = this;
+    const faces = await this.find().catch(() => []);
+    if (round !== this.round) return;
+    this.rings.replaceChildren(...faces.map((face, index) => this.ring(face, index + 1)));
+  }
+
+  private ring(face: Face, number: number): HTMLElement {
+    const ring = make('button', { type: 'button', class: 'face', 'aria-label': texts.face(number) });
+    const percent = (share: number): string => `${100 * share}%`;
+    Object.assign(ring.style, {
+      left: percent(face.left),
+      top: percent(face.top),
+      width: percent(face.width),
+      height: percent(face.height),
+    });
+    ring.onclick = () => {
+      this.fill(face);
+      ring.remove();
+      this.finish();
+    };
+    return ring;
+  }
+
+  private fill({ left, top, width, height }: Face): void {
+    const { context, canvas } = this;
+    if (!context) return;
+    const along = (from: number, long: number, side: number): [number, number] => [
+      (from + long / 2) * side,
+      (REACH * long * side) / 2,
+    ];
+    const [x, wide] = along(left, width, canvas.width);
+    const [y, high] = along(top, height, canvas.height);
+    context.fillStyle = 'rgb(255,255,255)';
+    context.beginPath();
+    context.ellipse(x, y, wide, high, 0, 0, 2 * Math.PI);
+    context.fill();
   }
 
   /** Shows a mask, of an undone step for one. */
@@ -87,6 +142,10 @@ export class Painting {
   private lift(): void {
     if (!this.last) return;
     this.last = null;
+    this.finish();
+  }
+
+  private finish(): void {
     this.clear.hidden = false;
     this.painted(this.mask());
   }

@@ -49,7 +49,13 @@ class Page {
       },
       () => this.show.isFree,
     );
-    this.painting = new Painting(mask => this.store.paint(mask));
+    this.painting = new Painting(
+      mask => this.store.paint(mask),
+      async () => {
+        const frame = await this.frame();
+        return frame ? this.worker.ask('faces', frame, [frame]) : [];
+      },
+    );
     this.save = new Save(worker, () => this.frame());
     this.inputs();
     this.keys();

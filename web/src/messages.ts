@@ -21,7 +21,7 @@ export interface Described {
   version: string;
   defaults: Settings;
   presets: Preset[];
-  choices: Record<string, string[]>;
+  choices: Record<string, (string | null)[]>;
 }
 
 /** What is known of a clip. */
@@ -55,6 +55,14 @@ export interface Rendered {
   picture: ImageBitmap;
   /** The source, where the page does not have it. */
   source?: ImageBitmap;
+}
+
+/** Where a face is, as shares of the picture's width and height. */
+export interface Face {
+  left: number;
+  top: number;
+  width: number;
+  height: number;
 }
 
 export interface RenderJob {
@@ -97,6 +105,7 @@ export interface Jobs {
   openAnimation: { job: { file: Blob; type: string }; result: Animation | null };
   render: { job: RenderJob; result: Rendered };
   thumbnail: { job: RenderJob; result: Rendered };
+  faces: { job: ImageBitmap | VideoFrame; result: Face[] };
   presetFile: { job: { settings: Settings; mask: Mask | null }; result: string };
   readPresetFile: { job: string; result: Settings };
   commandLine: {

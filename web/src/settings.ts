@@ -60,6 +60,12 @@ export class Store {
     this.step({ settings: mask ? { ...settings, focus: 'focus.png' } : settings, mask }, null);
   }
 
+  /** Has the engine find where facets are small, in place of a mask. */
+  focus(found: string | null): void {
+    const { focus: _, ...settings } = this.current.settings;
+    this.step({ settings: found ? { ...settings, focus: found } : settings, mask: null }, null);
+  }
+
   /** A gesture is over: the next change is a step of its own. */
   settle(): void {
     if (this.gesture === null) return;

@@ -25,6 +25,8 @@ export const texts = {
     gouraud: 'Smooth',
     none: 'Lines only',
   } as Record<string, string>,
+  focus: { null: 'Nowhere', saliency: 'What stands out', faces: 'Faces' } as Record<string, string>,
+  face: (number: number) => `Face ${number}: smaller facets here`,
   shape: { triangles: 'Triangles', polygons: 'Panes', voronoi: 'Cells' } as Record<string, string>,
   formats: {
     png: ['PNG', 'A picture, without loss'],

@@ -17,11 +17,40 @@ before(async () => {
   copyFileSync(join(root, 'samples/planet.gif'), join(folder, 'planet.gif'));
   ffmpeg('-i', join(root, 'samples/lake.jpg'), 'lake.png');
   ffmpeg('-i', 'lake.png', '-vf', 'transpose=1', 'tall.png');
+  await people();
 });
 after(async () => {
   await browser?.close();
   await site?.stop();
 });
+
+/** Parts of a face, one over the other: middle and radii, in the face's own, and colour. */
+const FACE = [
+  [0, -0.25, 1.08, 1.3, '#3c281e'],
+  [0, 1.6, 1.3, 0.6, '#283c78'],
+  [0, 1.2, 0.35, 0.5, '#c89678'],
+  [0, 0.05, 0.85, 1.15, '#e1b496'],
+  ...[-0.36, 0.36].flatMap(x => [
+    [x, -0.12, 0.2, 0.1, '#f5f0eb'],
+    [x, -0.12, 0.09, 0.1, '#321e14'],
+    [x, -0.34, 0.24, 0.05, '#462d1e'],
+  ]),
+  [0.03, 0.25, 0.12, 0.22, '#cd9b7d'],
+  [0, 0.42, 0.15, 0.05, '#aa6e5a'],
+  [0, 0.68, 0.3, 0.09, '#b44646'],
+];
+
+/** A picture of two people. */
+async function people() {
+  const face = (x, y, radius) =>
+    FACE.map(([dx, dy, rx, ry, fill]) =>
+      `<ellipse cx="${x + dx * radius}" cy="${y + dy * radius}" rx="${rx * radius}" ry="${ry * radius}" fill="${fill}"/>`).join('');
+  const page = await browser.newPage({ viewport: { width: 640, height: 480 } });
+  const svg = `<svg width="640" height="480"><rect width="640" height="480" fill="#96b4a0"/>${face(180, 220, 60)}${face(450, 200, 50)}</svg>`;
+  await page.setContent(`<body style="margin:0">${svg}`);
+  await page.screenshot({ path: join(folder, 'people.png') });
+  await page.close();
+}
 
 const address = page => page.evaluate(() => location.hash);
 const value = (page, id) => page.inputValue(`#${id}`);
@@ -178,6 +207,27 @@ test('focus is painted, kept in the export, and cleared', { skip }, async () => 
   assert.ok(readFileSync(join(folder, saved.name)).equals(readFileSync(saved.path)));
   await page.click('#unfocus');
   assert.ok(await page.isHidden('#unfocus'));
+  await context.close();
+});
+
+test('faces are found, clicked, and kept in the export', { skip }, async () => {
+  const { context, page, faults } = await open(browser, site.address);
+  await pick(page, 'people.png');
+  await page.click('#focus');
+  await page.waitForFunction(() => document.querySelectorAll('.face').length === 2);
+  const count = await pictures(page);
+  await page.click('.face >> nth=0');
+  await drawn(page, count + 1);
+  assert.equal(await page.locator('.face').count(), 1);
+  assert.match((await save(page, 'png')).line, /--focus focus\.png/);
+  await page.click('#focus');
+  await page.check('#focus-faces', { force: true });
+  assert.ok(await page.isHidden('#unfocus'));
+  const saved = await save(page, 'png');
+  assert.match(saved.line, /--focus faces/);
+  polyreel(...saved.line.split(' ').slice(1), '-y', '-q');
+  assert.ok(readFileSync(join(folder, saved.name)).equals(readFileSync(saved.path)));
+  assert.deepEqual(faults, []);
   await context.close();
 });
 

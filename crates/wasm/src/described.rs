@@ -24,6 +24,8 @@ pub fn described() -> String {
             "fill": FillMode::ALL.map(FillMode::name),
             "shape": Shape::ALL.map(Shape::name),
             "edges": Edges::ALL.map(Edges::name),
+            // Nothing, or what the engine finds by itself.
+            "focus": [null, "saliency", "faces"],
             "quality": Quality::ALL.map(Quality::name),
         },
     })

@@ -6,6 +6,7 @@ import { Frames } from './animation';
 import { describeClip } from './clip';
 import { codecs } from './codecs';
 import { exported } from './export';
+import { facesIn } from './faces';
 import { Live, thumbnail } from './live';
 import { lookOf } from './look';
 
@@ -26,6 +27,7 @@ const doers: Doers = {
   },
   render: job => live.render(job, animation),
   thumbnail: job => thumbnail(job),
+  faces: frame => facesIn(frame),
   presetFile: async ({ settings, mask }) => {
     const look = lookOf(settings, mask);
     const text = look.toFile();
