@@ -12,6 +12,7 @@ use serde_json::Value;
 use super::hash;
 use crate::error::{Error, Result};
 use crate::frame::Rational;
+use crate::mesh_stream::Grid;
 use crate::options::Options;
 use crate::sink::ffmpeg::Container;
 use crate::stream::StreamInfo;
@@ -80,6 +81,8 @@ pub struct Reading {
     pub max_memory: Option<u64>,
     /// Whether what can be read of a film that breaks off is kept.
     pub allow_truncated: bool,
+    /// Whether HDR stays HDR; else its tones become SDR.
+    pub keep_hdr: bool,
     /// What it is read for.
     #[serde(rename = "for")]
     pub kind: Kind,
@@ -138,6 +141,8 @@ pub struct Writing {
     pub encoder_preset: Option<String>,
     /// Whether the sound is kept.
     pub audio: bool,
+    /// Whether title, date, chapters, timecode, languages and titles of tracks are kept.
+    pub metadata: bool,
     /// More options for ffmpeg.
     pub ffmpeg_args: Vec<String>,
     /// A file with the sound, in place of the film.
@@ -150,6 +155,12 @@ pub struct Writing {
     pub format: Option<String>,
     /// What keeps the ground from showing between the facets of an SVG, by its name.
     pub svg_seams: Option<String>,
+    /// As [`crate::sink::SinkOptions::quality`].
+    pub lossy: Option<u8>,
+    /// Lines a pixel on which vertices of mesh streams stand.
+    pub vertex_grid: u32,
+    /// As [`crate::sink::SinkOptions::colour_error`].
+    pub colour_error: u8,
 }
 
 impl Default for Writing {
@@ -159,12 +170,16 @@ impl Default for Writing {
             crf: None,
             encoder_preset: None,
             audio: true,
+            metadata: true,
             ffmpeg_args: Vec::new(),
             sound: None,
             background: [255; 4],
             scale: 1.0,
             format: None,
             svg_seams: None,
+            lossy: None,
+            vertex_grid: Grid::default().parts(),
+            colour_error: 0,
         }
     }
 }

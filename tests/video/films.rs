@@ -147,3 +147,31 @@ fn a_render_that_was_killed_again_and_again_ends_as_one_that_was_not() {
     assert!(frames(&dir, "out.mkv") == frames(&dir, "whole.mkv"));
     assert_eq!(listing(&dir), ["in.mp4", "out.mkv", "whole.mkv"]);
 }
+
+#[test]
+fn hdr_films_in_parts_are_those_of_one_render() {
+    if !require() {
+        return;
+    }
+    let dir = folder();
+    make(
+        &dir,
+        "in.mp4",
+        "-f lavfi -i mandelbrot=s=96x64:r=25 -t 1 -metadata title=deep -vf format=yuv420p10le -c:v libx265 \
+         -x265-params log-level=error:colorprim=bt2020:transfer=smpte2084:colormatrix=bt2020nc \
+         -color_primaries bt2020 -color_trc smpte2084 -colorspace bt2020nc",
+    );
+    for (options, transfer) in [("", "bt709"), ("--hdr --no-metadata", "smpte2084")] {
+        done(&dir, &format!("plan in.mp4 -o plan.json -y --points 60 {options}"));
+        done(&dir, "render --plan plan.json --all");
+        done(&dir, "join plan.json -o parts.mp4 -y");
+        done(&dir, &format!("render in.mp4 -o whole.mp4 -y --points 60 {options}"));
+        assert_eq!(frames(&dir, "parts.mp4"), frames(&dir, "whole.mp4"), "{options}");
+        for name in ["parts.mp4", "whole.mp4"] {
+            let path = dir.path().join(name);
+            assert_eq!(ask(&path, "v:0", "stream=color_transfer"), [transfer], "{name}");
+            let title = ask(&path, "v:0", "format_tags=title");
+            assert_eq!(title.concat() == "deep", options.is_empty(), "{name}: {title:?}");
+        }
+    }
+}

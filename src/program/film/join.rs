@@ -12,6 +12,7 @@ use polyreel::film::part::{self, Stale};
 use polyreel::film::parts::Parts;
 use polyreel::film::plan::Kind;
 use polyreel::frame::Rational;
+use polyreel::mesh_stream::Grid;
 use polyreel::options::{Edges, Options};
 use polyreel::pipeline::{self, Ending, Part, Stop};
 use polyreel::sink::ffmpeg::VideoOptions;
@@ -159,6 +160,8 @@ fn sink_options(
             crf: write.crf,
             encoder_preset: write.encoder_preset.clone(),
             audio: write.audio,
+            metadata: write.metadata,
+            hdr: read.keep_hdr,
             ffmpeg_args: write.ffmpeg_args.clone(),
             ffmpeg: Ffmpeg { processes, ..work.ffmpeg.clone() },
             ..VideoOptions::default()
@@ -167,6 +170,9 @@ fn sink_options(
         look: look.clone(),
         seams: Seams::ALL.into_iter().find(|s| s.name() == seams).unwrap_or_default(),
         format: write.format.clone(),
+        quality: write.lossy,
+        grid: Grid::of_parts(write.vertex_grid).unwrap_or_default(),
+        colour_error: write.colour_error,
         unfinished: work.unfinished.clone(),
         ..SinkOptions::default()
     })

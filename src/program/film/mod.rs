@@ -130,7 +130,7 @@ fn source_options(read: &Reading, ffmpeg: Ffmpeg) -> SourceOptions {
         allow_truncated: read.allow_truncated,
         looped: false,
         ffmpeg,
-        to_sdr: true,
+        to_sdr: !read.keep_hdr,
         to_bt709: read.kind != Kind::Video,
         browser_delays: read.kind != Kind::Gif,
     }

@@ -32,6 +32,8 @@ pub(super) struct Request<'a> {
     pub(super) write: Writing,
     pub(super) kind: Option<Kind>,
     pub(super) division: Division,
+    /// Whether HDR stays HDR in video.
+    pub(super) hdr: bool,
 }
 
 /// Plans a film.
@@ -45,6 +47,7 @@ pub(crate) fn plan(args: &PlanArgs) -> Result<Outcome> {
         write: writing(&args.write, &args.video, &args.input, processes.clone())?,
         kind: args.kind.as_deref().map(Kind::of_ending),
         division: division(&args.division),
+        hdr: args.video.hdr,
     };
     if args.output.exists() && !args.write.overwrite {
         return Err(Error::output(
@@ -106,12 +109,16 @@ pub(super) fn writing(
         crf: video.crf,
         encoder_preset: video.encoder_preset,
         audio: video.audio,
+        metadata: video.metadata,
         ffmpeg_args: video.ffmpeg_args,
         sound,
         background: write.background.map_or(usual.background, |colour| colour.0),
         scale: write.scale.unwrap_or(1.0),
         format: write.format.clone(),
         svg_seams: Some(write.svg_seams.name().to_owned()),
+        lossy: write.lossy,
+        vertex_grid: write.vertex_grid.parts(),
+        colour_error: write.colour_error,
     })
 }
 
@@ -191,10 +198,12 @@ impl Opened {
         let args = request.input;
         let plain = args.options(ffmpeg.processes.clone());
         let (input, kind, hdr) = Self::recognise(args, request.kind, &plain)?;
-        let read = reading(&plain, kind);
+        let read = reading(&plain, kind, request.hdr);
         let inputs = named(&args.inputs)?;
         let options = source_options(&read, ffmpeg.clone());
-        let input = if kind == Kind::Video { input } else { source::open(&args.inputs, &options)? };
+        // It was opened as video that keeps its HDR.
+        let is_as_read = kind == Kind::Video && (read.keep_hdr || !hdr);
+        let input = if is_as_read { input } else { source::open(&args.inputs, &options)? };
         Ok(Self { input, read, hdr, inputs })
     }
 
@@ -241,15 +250,16 @@ fn asked(request: &Request<'_>, inputs: &[String], read: &Reading) -> String {
 
 /// The hash of a request for a film that has not been opened, for outputs of that `kind`.
 pub(super) fn asked_now(request: &Request<'_>, kind: Kind) -> Result<String> {
-    let read = reading(&request.input.options(Processes::default()), kind);
+    let read = reading(&request.input.options(Processes::default()), kind, request.hdr);
     Ok(asked(request, &named(&request.input.inputs)?, &read))
 }
 
 /// How a film is read that is opened with `options`, for outputs of that `kind`.
-fn reading(options: &SourceOptions, kind: Kind) -> Reading {
+fn reading(options: &SourceOptions, kind: Kind, hdr: bool) -> Reading {
+    let keep_hdr = hdr && kind == Kind::Video;
     let SourceOptions { start, end, frames, fps, max_size, max_memory, allow_truncated, .. } =
         *options;
-    Reading { start, end, frames, fps, max_size, max_memory, allow_truncated, kind }
+    Reading { start, end, frames, fps, max_size, max_memory, allow_truncated, keep_hdr, kind }
 }
 
 fn report(plan: &plan::Plan, output: &Path) {

@@ -37,6 +37,7 @@ pub(crate) fn resume(args: &RenderArgs, output: &OsStr) -> Result<Outcome> {
         write: writing(&args.write, &args.video, &args.input, processes.clone())?,
         kind: Some(Kind::of(output)),
         division: Division { max_frames: MAX_FRAMES, warm_up: None },
+        hdr: args.video.hdr,
     };
     let ffmpeg = args.input.options(processes.clone()).ffmpeg;
     let known = known(&folder, &request, &ffmpeg);

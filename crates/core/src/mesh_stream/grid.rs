@@ -17,6 +17,11 @@ impl Grid {
         sound.then(|| Self(8 - parts.ilog2() as u8))
     }
 
+    /// Lines a pixel.
+    pub const fn parts(self) -> u32 {
+        1 << (8 - self.0)
+    }
+
     /// The grid whose lines are 2^`power` / 256 pixel apart.
     pub(super) fn of_power(power: u8) -> Option<Self> {
         (power <= 8).then_some(Self(power))
