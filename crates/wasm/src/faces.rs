@@ -30,7 +30,7 @@ mod tests {
 
     #[test]
     fn a_grey_picture_has_no_faces_and_a_wrong_size_is_refused() {
-        assert_eq!(found(&[128; 64 * 48 * 4], 64, 48).expect("a sound size"), []);
+        assert!(found(&[128; 64 * 48 * 4], 64, 48).expect("a sound size").is_empty());
         assert!(found(&[128; 64], 64, 48).is_err());
     }
 }
