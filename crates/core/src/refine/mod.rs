@@ -13,6 +13,7 @@
 //! on flat triangles, [`RefineOptions::regularity`], keeps the others well-shaped.
 
 mod activity;
+mod border;
 mod cell;
 mod colouring;
 mod cost;
@@ -132,7 +133,7 @@ fn in_pool<T: Send>(job: impl FnOnce() -> T + Send) -> T {
 impl Refiner {
     /// Refines a fresh `mesh`, of a still or the first frame of a shot, against `frame`. The mesh must be sound and
     /// of the frame's size. Afterwards it is sound and in canonical order, with the same numbers of vertices and
-    /// triangles; corners have not moved, and border vertices are on the same side. Goes on as long as `watch`
+    /// triangles; corners have not moved, and border vertices are on the border, though perhaps elsewhere. Goes on as long as `watch`
     /// returns true. If the options request no step, [`RefineOptions::unrefined`] says what is prepared for the next
     /// frame.
     pub fn still(

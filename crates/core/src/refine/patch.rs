@@ -8,7 +8,7 @@ use super::pass::Pass;
 use super::ring::Ring;
 use super::rows::RowSums;
 use super::sums::Sums;
-use super::surface::{NONE, Surface};
+use super::surface::{NONE, Surface, next, previous};
 use crate::geom::Point;
 use crate::mesh::Place;
 
@@ -44,18 +44,18 @@ pub(super) struct Closing {
 }
 
 impl Closing {
-    /// The cheapest triangulation of the closed polygon of `ring`; `None` if it has too many corners, or if every
-    /// triangulation has a triangle without area.
+    /// The cheapest triangulation of the polygon of `ring`, which an open one has the frame's border to close; `None`
+    /// if it has too many corners, or if every triangulation has a triangle without area.
     pub(super) fn plan(&mut self, ring: &Ring, rows: &RowSums, weight: f64) -> Option<Plan> {
-        let corners = ring.len();
-        if !ring.closed || !(3..=MAX_CORNERS).contains(&corners) {
+        let corners = ring.corners();
+        if !(3..=MAX_CORNERS).contains(&corners) {
             return None;
         }
         for i in 0..corners {
             for j in i + 1..corners {
                 let sums = if j == i + 1 {
                     ring.link_sums[i]
-                } else if i == 0 && j + 1 == corners {
+                } else if i == 0 && j + 1 == corners && ring.closed {
                     -ring.link_sums[j]
                 } else {
                     rows.edge(ring.ends[i], ring.ends[j])
@@ -93,7 +93,7 @@ impl Closing {
     fn pieces(&self, ring: &Ring, rows: &RowSums) -> SmallVec<[Piece; MAX_CORNERS - 2]> {
         let mut pieces = SmallVec::new();
         let mut open = SmallVec::<[_; MAX_CORNERS]>::new();
-        open.push([0, ring.len() - 1]);
+        open.push([0, ring.corners() - 1]);
         while let Some([i, j]) = open.pop() {
             let m = usize::from(self.apex[i][j]);
             let corners = [i as u8, m as u8, j as u8];
@@ -118,18 +118,21 @@ struct Link {
     sums: Sums,
 }
 
-/// The links of `ring`. They must be read before any of its triangles is written.
+/// The links of `ring`, those of an open one with the frame's border as the last, whose sums are 0. They must be read
+/// before any of its triangles is written.
 fn links(surface: &Surface, ring: &Ring) -> SmallVec<[Link; MAX_CORNERS]> {
     let link = |&h: &u32| Link {
         vertex: surface.from(h),
         twin: surface.twin[h as usize],
         sums: surface.sums[h as usize],
     };
-    ring.links.iter().map(link).collect()
+    let border = ring.links.last().filter(|_| !ring.closed);
+    let border = border.map(|&h| Link { vertex: surface.to(h), twin: NONE, sums: Sums::default() });
+    ring.links.iter().map(link).chain(border).collect()
 }
 
 /// Removes the vertex inside `ring` and closes the hole as planned. Returns the numbers of the two triangles that
-/// become free.
+/// become free; for a vertex on the border of one, and [`NONE`].
 pub(super) fn take_out(
     surface: &mut Surface,
     errors: &mut Errors,
@@ -140,7 +143,10 @@ pub(super) fn take_out(
     let links = links(surface, ring);
     let squares = errors.squares(surface, ring.links.iter().map(|&h| h / 3));
     let mut slots = ring.links.iter().map(|&h| h / 3);
-    let left = [slots.next().unwrap_or(NONE), slots.next().unwrap_or(NONE)];
+    let second = |slots: &mut dyn Iterator<Item = u32>| {
+        if ring.closed { slots.next().unwrap_or(NONE) } else { NONE }
+    };
+    let left = [slots.next().unwrap_or(NONE), second(&mut slots)];
     // The outer half-edges of the triangles that are not made yet.
     let mut open = SmallVec::<[_; MAX_CORNERS]>::new();
     open.push(NONE);
@@ -157,10 +163,11 @@ pub(super) fn take_out(
                 open.push(h + side);
             }
         }
+        let sums = -piece.chord;
         if outer == NONE {
-            attach(surface, h + 2, links[j]);
+            let sums = if ring.closed { links[j].sums } else { sums };
+            attach(surface, h + 2, Link { sums, ..links[j] });
         } else {
-            let sums = -piece.chord;
             attach(surface, h + 2, Link { vertex: links[j].vertex, twin: outer, sums });
             surface.sums[outer as usize] = -sums;
         }
@@ -174,8 +181,36 @@ pub(super) fn take_out(
     left
 }
 
-/// Inserts vertex `v` at `p` inside the polygon of `ring`, whose spokes are those of `p`: its triangles and the two
-/// of `spare` become the fan around it.
+/// Moves vertex `v` to `p` on the border's half-edge `h` opposite it, which `ring` surrounds there: see
+/// [`Ring::surround_at_border`]. Returns the triangle between, which becomes free.
+pub(super) fn put_on_border(
+    surface: &mut Surface,
+    errors: &mut Errors,
+    pass: Pass,
+    ring: &Ring,
+    (v, h, p): (u32, u32, Point),
+) -> u32 {
+    let (coming, leaving) = (surface.twin[previous(h) as usize], surface.twin[next(h) as usize]);
+    surface.at[v as usize] = p;
+    for border in [coming, leaving] {
+        surface.twin[border as usize] = NONE;
+        let from = surface.from(border);
+        surface.out[from as usize] = border;
+    }
+    for (i, &link) in ring.links.iter().enumerate() {
+        surface.sums[previous(link) as usize] = ring.spokes[i];
+        surface.sums[next(link) as usize] = -ring.spokes[i + 1];
+    }
+    for (i, &link) in ring.links.iter().enumerate() {
+        let (cost, mean) = ring.triangle(pass.rows, i, p);
+        surface.set_triangle(link / 3, cost, mean);
+        errors.remeasure(surface, link / 3, pass);
+    }
+    h / 3
+}
+
+/// Inserts vertex `v` at `p` inside the polygon of `ring`, or on the border that closes it, whose spokes are those of
+/// `p`: its triangles and those of `spare` become the fan around it.
 pub(super) fn put_in(
     surface: &mut Surface,
     errors: &mut Errors,
@@ -189,13 +224,16 @@ pub(super) fn put_in(
     let mut slots: SmallVec<[u32; MAX_CORNERS]> = ring.links.iter().map(|&h| h / 3).collect();
     slots.sort_unstable();
     slots.dedup();
-    slots.extend(spare);
-    debug_assert_eq!(slots.len(), links.len());
+    slots.extend(spare.into_iter().filter(|&t| t != NONE));
+    debug_assert_eq!(slots.len(), ring.len());
     surface.at[v as usize] = p;
-    let corners = links.len();
-    for i in 0..corners {
-        let after = (i + 1) % corners;
-        let (h, onward) = (3 * slots[i], 3 * slots[after]);
+    if !ring.closed {
+        surface.twin[3 * slots[0] as usize] = NONE;
+    }
+    for i in 0..ring.len() {
+        let after = (i + 1) % links.len();
+        let h = 3 * slots[i];
+        let onward = slots.get(after).map_or(NONE, |t| 3 * t);
         surface.origin[h as usize] = v;
         surface.sums[h as usize] = ring.spokes[i];
         attach(surface, h + 1, links[i]);

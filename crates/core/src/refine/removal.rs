@@ -3,6 +3,7 @@
 use crate::parallel::prelude::*;
 
 use super::activity::Activity;
+use super::border;
 use super::cost::Cost;
 use super::pass::Pass;
 use super::patch::{Closing, Plan};
@@ -61,6 +62,11 @@ impl RemovalCosts {
         let turn = Turn::new(slices, self.passes);
         self.passes = self.passes.wrapping_add(1);
         turn
+    }
+
+    /// Whether the next pass looks at the border, too.
+    pub(super) fn is_border_due(&self) -> bool {
+        border::is_due(self.passes)
     }
 
     /// Restarts with the first turn, for a new mesh.

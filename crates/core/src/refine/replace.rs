@@ -28,10 +28,10 @@ const TRIED_FOR_TWO: usize = 3;
 
 /// A position for a vertex, and its gain.
 #[derive(Clone, Copy, Debug)]
-struct Opening {
-    gain: Cost,
-    site: Site,
-    place: Point,
+pub(super) struct Opening {
+    pub(super) gain: Cost,
+    pub(super) site: Site,
+    pub(super) place: Point,
 }
 
 impl Opening {
@@ -48,7 +48,7 @@ impl Opening {
 
 /// The polygon in which a vertex is inserted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Site {
+pub(super) enum Site {
     /// A triangle.
     Triangle(u32),
     /// The two triangles of an inner edge, given by one of its half-edges.
@@ -175,6 +175,21 @@ fn candidates_and_openings(
     (removals_by_cost, openings)
 }
 
+/// The best openings in the `tried` triangles of this `turn` with the largest errors, the best first.
+pub(super) fn best_openings(
+    surface: &Surface,
+    errors: &Errors,
+    activity: &Activity,
+    turn: Turn,
+    tried: usize,
+    pass: Pass,
+) -> Vec<Opening> {
+    let is_open = |&t: &u32| turn.has(t) && activity.is_active_triangle(surface, t);
+    let mut worst = Vec::new();
+    find_worst((surface, errors), is_open, tried, pass, &mut worst);
+    openings(surface, activity, &worst, pass)
+}
+
 /// Fills `worst` with the errors and numbers of the `limit` open triangles of the largest errors, the worst first.
 fn find_worst(
     (surface, errors): (&Surface, &Errors),
@@ -295,14 +310,14 @@ fn improve(mut place: Point, mut cost: Cost, pass: Pass, ring: &mut Ring) -> (Po
 }
 
 impl Site {
-    fn triangle(self) -> u32 {
+    pub(super) fn triangle(self) -> u32 {
         match self {
             Site::Triangle(t) => t,
             Site::Pair(h) => h / 3,
         }
     }
 
-    fn enclose(self, surface: &Surface, ring: &mut Ring) {
+    pub(super) fn enclose(self, surface: &Surface, ring: &mut Ring) {
         match self {
             Site::Triangle(t) => ring.enclose(surface, t),
             Site::Pair(h) => ring.enclose_pair(surface, h),

@@ -1,5 +1,7 @@
 //! The polygon around a vertex: the area in which it may move, and the cost of each position there.
 
+use smallvec::SmallVec;
+
 use super::cost::Cost;
 use super::mean::Mean;
 use super::rows::RowSums;
@@ -95,6 +97,38 @@ impl Ring {
     fn push(&mut self, surface: &Surface, link: u32) {
         self.links.push(link);
         self.ends.push(surface.place(link));
+    }
+
+    /// Sets the triangle of the border's half-edge `h` as a polygon that is open there.
+    pub(super) fn enclose_border(&mut self, surface: &Surface, h: u32) {
+        self.clear();
+        for h in [next(h), previous(h)] {
+            self.push(surface, h);
+        }
+        self.finish(surface);
+        self.sum_links(surface);
+        self.closed = false;
+    }
+
+    /// Sets the polygon around vertex `v`, which lies opposite the border's half-edge `h`, as it is when `v` is moved to
+    /// the border: open there, without the triangle between, which has no area then. Returns the cost of all triangles
+    /// as they are in the mesh.
+    pub(super) fn surround_at_border(&mut self, surface: &Surface, v: u32, h: u32) -> Cost {
+        let between = previous(h);
+        let leaving: SmallVec<[u32; 16]> = surface.around(v).collect();
+        let first = leaving.iter().position(|&h| h == between).unwrap_or(0);
+        let others = leaving[first + 1..].iter().chain(&leaving[..first]);
+        self.clear();
+        others.for_each(|&h| self.push(surface, next(h)));
+        self.closed = false;
+        self.finish(surface);
+        self.sum_links(surface);
+        self.cost(surface) + surface.cost[h as usize / 3]
+    }
+
+    /// Number of corners of the polygon.
+    pub(super) fn corners(&self) -> usize {
+        self.links.len() + usize::from(!self.closed)
     }
 
     /// Number of triangles in the fan.

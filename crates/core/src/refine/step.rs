@@ -1,6 +1,7 @@
 //! One step: vertices are re-placed, vertices move, and edges flip.
 
 use super::activity::Activity;
+use super::border::replace_on_border;
 use super::descend::Descent;
 use super::errors::Errors;
 use super::flip::{Diagonal, flip};
@@ -111,8 +112,12 @@ impl Stepper {
     ) -> Changes {
         let Self { descent, removals, errors, activity, diagonals, since } = self;
         surface.clock += 1;
+        let looks_at_border = limit > 0 && !pass.is_stream() && removals.is_border_due();
         let turn = removals.turn(turns);
-        let replaced = replace(surface, removals, errors, activity, limit, turn, pass);
+        let mut replaced = replace(surface, removals, errors, activity, limit, turn, pass);
+        if looks_at_border {
+            replaced.extend(replace_on_border(surface, errors, activity, turn, pass));
+        }
         descent.restart(&replaced);
         let moved = descent.step(surface, share, activity, errors, pass);
         let flipped = flip(surface, errors, activity, *since, pass, diagonals);

@@ -1,5 +1,6 @@
 //! What holds of every refinement, whatever the picture and the seeds.
 
+mod border;
 mod maintain;
 mod places;
 mod same;
