@@ -16,7 +16,7 @@ use crate::ffmpeg::fields::{decimal, fraction, text};
 use crate::ffmpeg::formats::{input_format, is_still, mending, restarts};
 use crate::ffmpeg::heif;
 use crate::ffmpeg::pixels::{alpha_decoder, pipe_format};
-use crate::ffmpeg::shape::{colorimetry, rate, rotation, shown_size, turning};
+use crate::ffmpeg::shape::{DolbyVision, colorimetry, rate, rotation, shown_size, turning};
 use crate::ffmpeg::times::{begin, is_live, origin, promised_end, zero};
 use crate::ffmpeg::tracks::{self, Extras, alpha_stream, codec, extras, picture, streams};
 use crate::frame::{Rational, check_size};
@@ -31,7 +31,7 @@ const ENTRIES: &str = "stream=index,codec_name,codec_type,width,height,pix_fmt,s
     sample_aspect_ratio,color_range,color_space,color_transfer,color_primaries,chroma_location,\
     field_order,r_frame_rate,avg_frame_rate,time_base,start_pts,duration_ts,nb_frames,sample_rate,channels\
     :stream_disposition:stream_tags\
-    :stream_side_data=rotation:format=format_name,start_time,duration,size:format_tags\
+    :stream_side_data=rotation,dv_profile,dv_bl_signal_compatibility_id:format=format_name,start_time,duration,size:format_tags\
     :chapter=start_time,end_time:chapter_tags=title";
 
 /// The orders of fields, of interlaced frames.
@@ -209,6 +209,16 @@ pub(crate) fn probe(path: &Path, feed: Option<&PipedInput>, ffmpeg: &Ffmpeg) -> 
     }
     let pix_fmt = text(stream, "pix_fmt")
         .ok_or_else(|| Error::input(path, "ffmpeg has no decoder for this video"))?;
+    let dolby_vision = DolbyVision::of(stream);
+    if let Some(DolbyVision { profile, base: 0 }) = dolby_vision {
+        return Err(Error::input(
+            path,
+            format!(
+                "is Dolby Vision of profile {profile}, whose colours ffmpeg alone does not decode: convert it first, for instance \
+                 by ffmpeg -init_hw_device vulkan -i IN -vf libplacebo=format=yuv420p:colorspace=bt709:color_primaries=bt709:color_trc=bt709 OUT.mp4"
+            ),
+        ));
+    }
     let mut size = shown_size(stream).ok_or_else(|| Error::input(path, "the video has no size"))?;
     let frames = text(stream, "nb_frames").and_then(|n| n.parse().ok());
     let still = is_still(container) || heif.is_some() && frames == Some(1);
@@ -297,6 +307,9 @@ pub(crate) fn probe(path: &Path, feed: Option<&PipedInput>, ffmpeg: &Ffmpeg) -> 
     let mut notes = tracks::in_words(&answer, index, &sound.extras);
     if let Some(fields) = fields.filter(|_| !still) {
         notes.push(format!("interlaced ({fields}): deinterlaced"));
+    }
+    if let Some(DolbyVision { profile, .. }) = dolby_vision {
+        notes.push(format!("Dolby Vision (profile {profile}): its base layer is read"));
     }
     Ok(Probed { info, track, sound, notes })
 }

@@ -40,10 +40,30 @@ pub(super) fn shown_size(stream: &Value) -> Option<Size> {
     Some(if upright { Size::new(width, height) } else { Size::new(height, width) })
 }
 
+fn side_data(stream: &Value) -> &[Value] {
+    stream["side_data_list"].as_array().map_or(&[], Vec::as_slice)
+}
+
+/// What a stream says of Dolby Vision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct DolbyVision {
+    pub(super) profile: u64,
+    /// What its base layer is without the metadata: HDR10, SDR, HLG; 0 for nothing that others can show.
+    pub(super) base: u64,
+}
+
+impl DolbyVision {
+    pub(super) fn of(stream: &Value) -> Option<Self> {
+        side_data(stream).iter().find_map(|data| {
+            let base = data["dv_bl_signal_compatibility_id"].as_u64()?;
+            Some(Self { profile: data["dv_profile"].as_u64()?, base })
+        })
+    }
+}
+
 /// Rotation of the picture in degrees.
 pub(super) fn rotation(stream: &Value) -> f64 {
-    let side_data = stream["side_data_list"].as_array().map_or(&[][..], Vec::as_slice);
-    let reported = side_data.iter().find_map(|data| data["rotation"].as_f64());
+    let reported = side_data(stream).iter().find_map(|data| data["rotation"].as_f64());
     reported.or_else(|| tag(stream, "rotate")?.parse().ok()).unwrap_or(0.0)
 }
 

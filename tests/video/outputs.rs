@@ -304,6 +304,48 @@ fn hdr_becomes_sdr_unless_it_is_to_stay() {
     assert!(said(&refused).contains("--codec h265"), "{}", said(&refused));
 }
 
+/// Says of an MP4 whose first track is HEVC, and whose index stands at its end, that it is Dolby Vision of this `profile`
+/// and `base`.
+fn make_dolby_vision(path: &Path, profile: u8, base: u8) {
+    let mut bytes = fs::read(path).expect("a file");
+    let find = |bytes: &[u8], name: &[u8; 4]| {
+        bytes.windows(4).rposition(|window| window == name).expect("a box") - 4
+    };
+    let mut record = vec![0, 0, 0, 32];
+    record.extend(b"dvcC");
+    // Level 1; a base layer and metadata.
+    record.extend([1, 0, profile << 1, 1 << 3 | 0b101, base << 4]);
+    record.resize(32, 0);
+    let entry = find(&bytes, b"hvcC");
+    let parents = [b"moov", b"trak", b"mdia", b"minf", b"stbl", b"stsd", b"hev1"]
+        .map(|name| find(&bytes, name));
+    bytes.splice(entry..entry, record);
+    for at in parents {
+        let size = u32::from_be_bytes(bytes[at..at + 4].try_into().expect("four bytes")) + 32;
+        bytes[at..at + 4].copy_from_slice(&size.to_be_bytes());
+    }
+    fs::write(path, bytes).expect("written");
+}
+
+#[test]
+fn dolby_vision_is_read_by_its_base_layer_or_refused() {
+    if !require() {
+        return;
+    }
+    let dir = folder();
+    let film = "-f lavfi -i testsrc2=s=96x64:r=10:d=0.5 -c:v libx265 -tag:v hev1 -pix_fmt yuv420p10le \
+                -x265-params log-level=error -color_trc smpte2084 -color_primaries bt2020 -colorspace bt2020nc";
+    for (profile, base) in [(8, 1), (5, 0)] {
+        let path = make(&dir, &format!("in{profile}.mp4"), film);
+        make_dolby_vision(&path, profile, base);
+    }
+    let words = said(&run(&dir, "render in8.mp4 -o out.mp4 --points 30 -v"));
+    assert!(words.contains("Dolby Vision (profile 8)"), "{words}");
+    let refused = run(&dir, "render in5.mp4 -o no.mp4");
+    assert_eq!(refused.status.code(), Some(1), "{}", said(&refused));
+    assert!(said(&refused).contains("Dolby Vision of profile 5"), "{}", said(&refused));
+}
+
 #[test]
 fn animated_webp_may_be_lossy() {
     if !require() {
