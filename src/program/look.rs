@@ -35,8 +35,8 @@ pub(crate) struct LookArgs {
     pub(crate) method: Option<Method>,
     #[arg(long, value_name = "N|N%|auto", help = with_default(
         "Seeds of a frame: a count (2000), a count for a picture of 1024 x 1024 that grows slightly with the size \
-         (1200@1MP), a share of its pixels (1.5%), or auto: as many as the picture asks for, by the knee of its error \
-         curve, followed slowly over the frames of a shot; with --error the fewest, to 2 %, that reach it on the first \
+         (1200@1MP), a share of its pixels (1.5%), or auto: as many as the picture asks for, by how its error falls, \
+         followed slowly over the frames of a shot; with --error the fewest, to 2 %, that reach it on the first \
          frame",
         Options::default().points))]
     pub(crate) points: Option<Points>,

@@ -1,6 +1,6 @@
 //! Follows the number of points that the frames of a stream ask for, slowly.
 
-use super::knee;
+use super::content;
 use crate::frame::Frame;
 
 /// Every so many frames one is looked at.
@@ -33,7 +33,7 @@ impl Abstraction {
     /// The number for the next `frame`, if it is another one than before; `is_fresh` says that a shot begins.
     pub(super) fn next(&mut self, frame: &Frame, is_fresh: bool) -> Option<u32> {
         let Some((count, smoothed)) = self.now.filter(|_| !is_fresh) else {
-            let count = knee::points(frame);
+            let count = content::points(frame);
             *self = Self { now: Some((count, f64::from(count).ln())), frames: 0, since: 0 };
             return Some(count);
         };
@@ -42,7 +42,7 @@ impl Abstraction {
         if !self.frames.is_multiple_of(EVERY) {
             return None;
         }
-        self.follow(count, smoothed, knee::points(frame))
+        self.follow(count, smoothed, content::points(frame))
     }
 
     /// Takes in that a frame asks for `wanted` points.

@@ -12,8 +12,8 @@
 //! one thread.
 
 mod abstraction;
+mod content;
 mod goal;
-mod knee;
 mod mesh;
 
 use crate::colour::Form;

@@ -16,12 +16,17 @@ class LookOptions(TypedDict, total=False):
     preset: Text | None
     """Begin with the settings of a preset (see 'polyreel presets') or of a preset file; options given with it win
     [default: none]"""
-    method: Literal["hrlp", "help", "hslp", "rlp", "entropy", "pic2polyart"] | None
+    study: Text | None
+    """Begin with the settings of an earlier system: gai-2015, zhang-2016, qian-2016, uasmith-2017, ma-2017,
+    ng-2017, lawonn-2018, pic2polyart-2021, laske-2024, joseph-entropy-2024, joseph-region-2024, or the paper's
+    hrlp, help, hslp; options given with it win [default: none]"""
+    method: Literal["hrlp", "help", "hslp", "rlp", "entropy", "pic2polyart", "ranked", "thinning", "stippling"] | None
     """How feature points and seeds are found [default: hrlp]"""
     points: Text | None
     """Seeds of a frame: a count (2000), a count for a picture of 1024 x 1024 that grows slightly with the size
-    (1200@1MP), a share of its pixels (1.5%), or auto: the fewest, to 2 %, that reach --error on the first
-    frame; they stay for the frames after it [default: 1200@1MP]"""
+    (1200@1MP), a share of its pixels (1.5%), or auto: as many as the picture asks for, by how its error falls,
+    followed slowly over the frames of a shot; with --error the fewest, to 2 %, that reach it on the first frame
+    [default: 1200@1MP]"""
     seed: int | None
     """Decides all chance: the same seed gives the same bytes [default: 0]"""
     coherence: float | None
@@ -92,8 +97,13 @@ class LookOptions(TypedDict, total=False):
     """Points that the sparsest cells keep, 0 to --max-points [default: 1]"""
     thresholds: Text | None
     """Feature points per pixel above which a cell counts as of high, medium, low density [default: 0.2,0.1,0.02]"""
-    features: Literal["sobel", "laplacian", "canny", "slic", "regions", "entropy", "saliency"] | None
+    features: Literal["sobel", "laplacian", "canny", "slic", "regions", "entropy", "saliency", "edge-drawing", "contours", "salient-edges"] | None
     """Where feature points come from, for any method [default: the method's own]"""
+    prefilter: Literal["blur", "sharpen", "bilateral"] | None
+    """What a frame goes through before features are looked for: a blur, sharpening, or the bilateral filter
+    [default: none]"""
+    scatter: float | None
+    """Share of the seeds that lie anywhere, at random, 0 to 1 [default: 0]"""
     candidates: float | None
     """Share of the pixels that a map (entropy, saliency, sobel, laplacian) or slic makes feature points, up to 1
     [default: 0.054]"""
