@@ -116,8 +116,10 @@ impl Extractor {
     /// Large pictures take no longer then, and have the features of small ones. Without refinement, as in the paper,
     /// the features decide all.
     fn is_enough_at_half(&self, size: Size) -> bool {
-        let Options { points, quality, .. } = self.options;
-        if points == Points::Auto || quality == Quality::Draft {
+        let Options { points, quality, error, .. } = self.options;
+        // A search for the fewest points may end with many.
+        let is_searched = points == Points::Auto && error.is_some();
+        if is_searched || quality == Quality::Draft {
             return false;
         }
         size.pixels() / 4 >= (PIXELS_A_POINT * points.target(size)).max(ENOUGH)
