@@ -21,8 +21,8 @@ const PARTS: usize = 3200;
 /// Pixels of the copy for each part at least.
 const PIXELS_A_PART: usize = 8;
 
-/// Points for each part: the median of 16 stills has the number of the default then. They have from 400 to 1,800.
-const POINTS_A_PART: f64 = 5.6;
+/// Points for each part: the median of 16 stills has the number of the default then. They have from 360 to 2,300.
+const POINTS_A_PART: f64 = 4.7;
 
 /// A mean squared error below it counts as none, so that faint grain asks for nothing.
 const UNSEEN: f64 = 1.0;
