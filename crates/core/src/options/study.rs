@@ -96,7 +96,7 @@ fn lawonn_2018() -> Options {
     Options {
         features: Some(FrontEnd::Saliency),
         points: Points::Auto,
-        error: Some(Target::Psnr(22.0)),
+        error: Some(Target::Psnr(20.0)),
         quality: Quality::Normal,
         ..by(Method::Rlp)
     }
