@@ -79,8 +79,8 @@ class LookOptions(TypedDict, total=False):
     """What is filled and outlined together: triangles, polygons (panes of like colour), or the cells of a Voronoi
     diagram [default: triangles]"""
     focus: Text | None
-    """Where the picture gets more and smaller facets: faces, or saliency, found in every frame; X,Y,R, a place and a
-    radius (50%,40%,20%, or pixels); or MASK, a picture that is light there [default: none]"""
+    """Where the picture gets more and smaller facets: faces, or saliency, found in every frame; X,Y,R, a place and
+    a radius (50%,40%,20%, or pixels); or MASK, a picture that is light there [default: none]"""
     smoothing: int | None
     """How often a frame is smoothed before its colours are clustered, 0 to 8 (in the paper 0) [default: 2]"""
     clusters: int | None
