@@ -1,7 +1,7 @@
 //! Finds faces in pictures, photographed and drawn.
 //!
 //! The network is YuNet (W. Wu, H. Peng, S. Yu: YuNet: A Tiny Millisecond-level Face Detector, 2023), whose 71,590
-//! numbers are in `model/`, under the Apache License 2.0. It consists of one kind of layer, see [`net`], so that it is
+//! numbers are in `model/`, under the Apache License 2.0. It consists of one kind of layer, so that it is
 //! computed here, without the hundred packages of a runtime: sums have a fixed order, and the same picture has the same
 //! faces on every machine and any number of threads.
 //!
