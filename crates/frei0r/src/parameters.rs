@@ -288,7 +288,8 @@ mod tests {
         }
         values.set(10, 1.0);
         assert_eq!(values.options().fill, FillMode::None);
-        (values.set(10, 0.6), values.set(11, 0.6));
+        values.set(10, 0.6);
+        values.set(11, 0.6);
         assert_eq!(
             (values.options().fill, values.options().shape),
             (FillMode::Mean, Shape::Polygons)
