@@ -65,6 +65,13 @@ pub(crate) struct LookArgs {
         "How much well-shaped triangles count against the error, 0 (not at all) to 1 (only they do)",
         Options::default().regularity))]
     regularity: Option<f64>,
+    /// Side of the smallest facets, in pixels or as a share of the picture's shorter side (2%): refinement makes none
+    /// that are smaller than an equilateral triangle of that [default: none]
+    #[arg(long, value_name = "PX|N%")]
+    min_facet: Option<Length>,
+    /// Side of the largest facets [default: none]
+    #[arg(long, value_name = "PX|N%")]
+    max_facet: Option<Length>,
     #[arg(long, value_name = "NAME", value_parser = one_of(Edges::ALL, Edges::name), help = with_default(
         "How triangles meet: smooth, a step spread over two pixels, or hard; GIFs always have hard edges",
         Options::default().edges.name()))]
@@ -355,6 +362,8 @@ impl LookArgs {
         put(&mut options.shape, &self.shape);
         options.focus = self.focus.clone().or(options.focus);
         load_focus(&mut options)?;
+        options.min_facet = self.min_facet.or(options.min_facet);
+        options.max_facet = self.max_facet.or(options.max_facet);
         put(&mut options.smoothing, &self.smoothing);
         put(&mut options.clusters, &self.clusters);
         put(&mut options.interval, &self.interval);

@@ -7,6 +7,7 @@ mod cli;
 mod dependencies;
 #[cfg(feature = "faces")]
 mod faces;
+mod facets;
 mod files;
 mod golden;
 mod layers;

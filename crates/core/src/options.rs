@@ -3,6 +3,7 @@
 mod cells;
 mod colour;
 mod detail;
+mod facets;
 mod focus;
 mod names;
 mod palette;
@@ -155,6 +156,13 @@ pub struct Options {
     /// Where a picture gets more and smaller facets. Default `None`.
     #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
     pub focus: Option<Focus>,
+    /// The side of the smallest facet: that of an equilateral triangle of its area. Refinement keeps to it. Default
+    /// `None`.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
+    pub min_facet: Option<Length>,
+    /// The side of the largest facet. Default `None`.
+    #[cfg_attr(feature = "serde", serde(skip_serializing_if = "is_default"))]
+    pub max_facet: Option<Length>,
 }
 
 /// The same of options whose default is 1.
@@ -214,6 +222,8 @@ impl Default for Options {
             duotone: None,
             palette: None,
             focus: None,
+            min_facet: None,
+            max_facet: None,
         }
     }
 }
@@ -319,6 +329,8 @@ impl Options {
             duotone: _,
             palette: _,
             focus,
+            min_facet,
+            max_facet,
         } = self.clone();
         Self {
             method,
@@ -347,6 +359,8 @@ impl Options {
             diffusion_kappa,
             diffusion_gamma,
             focus,
+            min_facet,
+            max_facet,
             ..Self::default()
         }
     }

@@ -69,7 +69,7 @@ impl Look {
 
     /// The number of points of a frame of this size.
     pub fn points(&self, width: u32, height: u32) -> u32 {
-        self.options.points.target(Size::new(width, height)) as u32
+        self.options.seeds(Size::new(width, height)) as u32
     }
 
     /// Gives the focus a mask of `width` x `height`, a byte a pixel: more facets where it is light.
@@ -102,12 +102,16 @@ impl Look {
         if picture != preview && self.options.points != Points::Auto {
             // Smaller triangles than some pixels would not be seen.
             let most = (preview.pixels() / 40).max(4);
-            let points = self.options.points.target(picture).min(most);
+            let points = self.options.seeds(picture).min(most);
             look.options.points = Points::Count(points as u32);
             let share = f64::from(width) / f64::from(picture_width.max(1));
-            if let Length::Pixels(pixels) = self.options.outline_width {
-                look.options.outline_width = Length::Pixels((pixels * share).max(0.1));
-            }
+            let scaled = |length: Length, least: f64| match length {
+                Length::Pixels(pixels) => Length::Pixels((pixels * share).max(least)),
+                share => share,
+            };
+            look.options.outline_width = scaled(self.options.outline_width, 0.1);
+            look.options.min_facet = self.options.min_facet.map(|side| scaled(side, 1.0));
+            look.options.max_facet = self.options.max_facet.map(|side| scaled(side, 1.0));
         }
         look
     }
@@ -162,6 +166,8 @@ pub(crate) fn values(options: &Options) -> Map<String, Value> {
         ("duotone", Value::Null),
         ("palette", Value::Null),
         ("focus", Value::Null),
+        ("min-facet", Value::Null),
+        ("max-facet", Value::Null),
     ];
     for (name, value) in rest {
         all.entry(name).or_insert(value);

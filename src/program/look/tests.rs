@@ -10,7 +10,7 @@ use super::LookArgs;
 
 /// A value for each flag, and what the field of the same name becomes. No value is a default or one of
 /// the preset `paper`.
-fn table() -> [(&'static str, &'static str, Value); 38] {
+fn table() -> [(&'static str, &'static str, Value); 40] {
     [
         ("method", "hslp", json!("hslp")),
         ("points", "90", json!("90")),
@@ -49,6 +49,8 @@ fn table() -> [(&'static str, &'static str, Value); 38] {
         ("chroma", "0.5", json!(0.5)),
         ("duotone", "#102030,white", json!("#102030,#ffffff")),
         ("palette", "12", json!("12")),
+        ("min-facet", "6", json!(6)),
+        ("max-facet", "20%", json!("20%")),
         ("focus", "50%,40%,20%", json!("50%,40%,20%")),
     ]
 }

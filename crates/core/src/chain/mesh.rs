@@ -195,13 +195,14 @@ impl MeshStage {
     }
 
     fn plan(&self, is_fresh: bool, size: Size) -> RefineOptions {
-        if self.has_begun && self.options.coherence == 0.0 {
+        let plan = if self.has_begun && self.options.coherence == 0.0 {
             RefineOptions::alone(&self.options, size)
         } else if is_fresh {
             RefineOptions::fresh(&self.options)
         } else {
             RefineOptions::next(&self.options, size)
-        }
+        };
+        plan.within_limits(&self.options, size)
     }
 
     /// Level three for a fresh `mesh`. The `residual` is of another mesh: only its buffers are used.
@@ -243,7 +244,7 @@ impl MeshStage {
         frame: &Frame,
         observer: Observer<'_>,
     ) -> Result<Refined> {
-        let plan = RefineOptions::fresh(&self.options);
+        let plan = RefineOptions::fresh(&self.options).within_limits(&self.options, frame.size());
         if let Some(goal) = Goal::of(&self.options) {
             return reach(goal, &mut self.refiner, mesh, frame, &plan, observer);
         }

@@ -70,6 +70,7 @@ impl Options {
             let range = "above 0 and at most 256 pixels, or 10% of the shorter side";
             return Err(out_of_range("outline-width", self.outline_width, range));
         }
+        self.check_facets()?;
         check_range("outline-contrast", self.outline_contrast, 0, 255)?;
         check_range("refine", self.refine.unwrap_or(0), 0, 1000)?;
         if let Some(target) = self.error.filter(|target| !target.is_sound()) {

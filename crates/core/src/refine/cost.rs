@@ -32,10 +32,21 @@ impl Cost {
     /// The same for a triangle with a positive `orient`.
     #[inline(always)]
     pub(super) fn sound(rows: &RowSums, sums: &Sums, doubled: i64, triangle: [Point; 3]) -> Self {
-        if rows.is_special(doubled, triangle) {
-            return Self::special(rows, doubled, triangle);
+        let cost = if rows.is_special(doubled, triangle) {
+            Self::special(rows, doubled, triangle)
+        } else {
+            Self::with(&Total::of(sums), doubled, triangle)
+        };
+        cost.limited(rows, doubled)
+    }
+
+    /// The same with what the triangle costs for its size.
+    #[inline(always)]
+    pub(super) fn limited(self, rows: &RowSums, doubled: i64) -> Self {
+        match rows.limits {
+            None => self,
+            Some(limits) => Self { error: self.error + limits.penalty(doubled), ..self },
         }
-        Self::with(&Total::of(sums), doubled, triangle)
     }
 
     /// The same of a triangle whose cost does not follow from the sums of its edges: it is large, or filled with a

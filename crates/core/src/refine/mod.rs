@@ -21,6 +21,7 @@ mod descend;
 mod errors;
 mod flip;
 mod force;
+mod limits;
 mod line;
 mod maintain;
 mod mean;
@@ -206,8 +207,9 @@ impl Refiner {
         }
         in_pool(|| {
             let target = Target::Frame(frame);
-            self.rows.load(&target, options.mode == Mode::Stream && !options.planes);
+            self.rows.load(&target, options.estimates());
             self.rows.load_planes(&target, options.planes);
+            self.rows.limits = options.limits;
             self.surface.link(mesh);
             self.surface.measure(&self.rows);
             self.begin();
@@ -258,8 +260,9 @@ impl Refiner {
                 carried
             };
             let load = || {
-                rows.load(&target, subsample && !options.planes);
+                rows.load(&target, options.estimates());
                 rows.load_planes(&target, options.planes);
+                rows.limits = options.limits;
             };
             let ((), carried) = crate::parallel::join(load, carry);
             self.surface.measure(&self.rows);

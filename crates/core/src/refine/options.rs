@@ -1,5 +1,6 @@
 //! How a mesh is refined, and how much.
 
+use super::limits::Limits;
 use crate::geom::Size;
 use crate::options::{Detail, Options, Quality, Shape, Steps};
 
@@ -26,6 +27,8 @@ pub struct RefineOptions {
     /// Whether triangles are filled with planes of colour, not with their means: of opaque frames the error is that
     /// of the planes then.
     pub planes: bool,
+    /// How small and how large triangles may be.
+    pub limits: Option<Limits>,
 }
 
 /// The work of a refinement step. `cargo bench -p polyreel-bench --bench refine` prints the time and the error of each
@@ -71,6 +74,7 @@ impl RefineOptions {
             mode: Mode::Quick,
             unrefined: Unrefined::Forget,
             planes: false,
+            limits: None,
         }
     }
 
@@ -87,6 +91,11 @@ impl RefineOptions {
     /// A frame of a video whose mesh comes from the frame before.
     pub const fn live() -> Self {
         Self { steps: 3, replace: 0.03, threshold: 0.02, mode: Mode::Stream, ..Self::draft() }
+    }
+
+    /// Whether errors are estimated from every second row where that will do.
+    pub(super) fn estimates(&self) -> bool {
+        self.mode == Mode::Stream && !self.planes && self.limits.is_none()
     }
 
     /// Steps, one in part among them.
@@ -151,6 +160,12 @@ impl RefineOptions {
         };
         let plan = Self::fresh(&Options { quality, ..options.clone() });
         Self { steps: plan.steps.min(Self::live_steps(options, size)), ..plan }
+    }
+
+    /// The same plan with the limits of facets that `options` ask for on a frame of `size`.
+    #[must_use]
+    pub fn within_limits(self, options: &Options, size: Size) -> Self {
+        Self { limits: Limits::of(options, size), ..self }
     }
 
     /// The same plan at the cost of `detail`, which may name another number of steps; where there were

@@ -162,7 +162,7 @@ impl Ring {
             Some(_) => Cost::special(rows, doubled, [p, a, b]),
             None => Cost::with(&total, doubled, [p, a, b]),
         };
-        (cost, Mean::of(&total))
+        (cost.limited(rows, doubled), Mean::of(&total))
     }
 
     /// Saves the spokes, for [`Ring::restore`] after another trial.

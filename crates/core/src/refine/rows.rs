@@ -3,6 +3,7 @@
 
 mod load;
 
+use super::limits::Limits;
 use super::planes::RowPlanes;
 use super::sums::{NARROW, Sums, Total, unpack};
 use super::target::Target;
@@ -40,6 +41,8 @@ pub(super) struct RowSums {
     large: i64,
     /// What the costs of planes of colour are taken from.
     planes: RowPlanes,
+    /// How small and how large triangles may be.
+    pub(super) limits: Option<Limits>,
 }
 
 /// Rows that are interleaved.
@@ -61,6 +64,7 @@ impl Default for RowSums {
             has_subsampled: false,
             large: LARGE,
             planes: RowPlanes::default(),
+            limits: None,
         }
     }
 }

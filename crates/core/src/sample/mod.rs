@@ -123,13 +123,13 @@ impl Sampler {
     pub fn grid(&self, size: Size) -> HexGrid {
         let Options { hex_density, min_points, .. } = self.options;
         if matches!(self.options.method, Method::Help | Method::Hslp) {
-            let target = self.options.points.target(size);
+            let target = self.options.seeds(size);
             return value_grid(size, target, min_points, hex_density);
         }
         match hex_density {
             Some(density) => HexGrid::with_density(size, density),
             None => {
-                let target = self.options.points.target(size).max(1);
+                let target = self.options.seeds(size).max(1);
                 let cell_points = f64::from(self.options.max_points) / CELLS_PER_MAX_POINTS;
                 HexGrid::with_cell_area(size, size.pixels() as f64 / target as f64 * cell_points)
             }
@@ -241,7 +241,7 @@ impl Sampler {
         if self.options.method == Method::Hrlp && self.options.hex_density.is_some() {
             return None;
         }
-        let asked = self.options.points.target(size);
+        let asked = self.options.seeds(size);
         Some((asked * self.seeds as usize).div_ceil(100))
     }
 

@@ -40,7 +40,8 @@ impl Surface {
                     Cost::special(rows, doubled, triangle)
                 } else {
                     Cost::with(&total, doubled, triangle)
-                };
+                }
+                .limited(rows, doubled);
                 *mean = Mean::of(&total);
             }
             if subsample {
@@ -70,7 +71,8 @@ impl Surface {
             let triangle = self.corners(t);
             let [a, b, c] = triangle;
             let total = self.total(rows, t);
-            self.cost[t as usize] = Cost::with(&total, orient(a, b, c), triangle);
+            let doubled = orient(a, b, c);
+            self.cost[t as usize] = Cost::with(&total, doubled, triangle).limited(rows, doubled);
             self.mean[t as usize] = Mean::of(&total);
         }
     }
