@@ -10,7 +10,7 @@ use super::LookArgs;
 
 /// A value for each flag, and what the field of the same name becomes. No value is a default or one of
 /// the preset `paper`.
-fn table() -> [(&'static str, &'static str, Value); 40] {
+fn table() -> [(&'static str, &'static str, Value); 42] {
     [
         ("method", "hslp", json!("hslp")),
         ("points", "90", json!("90")),
@@ -29,6 +29,8 @@ fn table() -> [(&'static str, &'static str, Value); 40] {
         ("default-points", "2", json!(2)),
         ("thresholds", "0.5,0.25,0.125", json!({"high": 0.5, "medium": 0.25, "low": 0.125})),
         ("features", "sobel", json!("sobel")),
+        ("prefilter", "blur", json!("blur")),
+        ("scatter", "0.125", json!(0.125)),
         ("candidates", "0.1", json!(0.1)),
         ("min-points", "3", json!(3)),
         ("percentiles", "80,30", json!({"high": 80.0, "medium": 30.0})),
@@ -59,7 +61,7 @@ fn table() -> [(&'static str, &'static str, Value); 40] {
 const EDGES: &str = "edges";
 
 /// Flags that are no field of the options.
-const NO_FIELD: [&str; 1] = ["preset"];
+const NO_FIELD: [&str; 2] = ["preset", "study"];
 
 fn command() -> Command {
     LookArgs::augment_args(Command::new("polyreel"))

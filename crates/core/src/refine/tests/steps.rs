@@ -78,6 +78,7 @@ proptest! {
             mode: if opaque { Mode::Thorough } else { Mode::Stream },
             unrefined: Unrefined::Forget,
             planes: false,
+            limits: None,
         };
         let mut refiner = Refiner::default();
         let mut error = f64::INFINITY;
