@@ -65,8 +65,8 @@ pub(crate) struct LookArgs {
         "How much well-shaped triangles count against the error, 0 (not at all) to 1 (only they do)",
         Options::default().regularity))]
     regularity: Option<f64>,
-    /// Side of the smallest facets, in pixels or as a share of the picture's shorter side (2%): refinement makes none
-    /// that are smaller than an equilateral triangle of that [default: none]
+    /// Side of the smallest facets, in pixels or as a share of the picture's shorter side (2%), as of equilateral
+    /// triangles: refinement keeps to it, but for a few in a hundred [default: none]
     #[arg(long, value_name = "PX|N%")]
     min_facet: Option<Length>,
     /// Side of the largest facets [default: none]

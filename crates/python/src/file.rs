@@ -19,6 +19,7 @@ use polyreel::{
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::away::{self, away};
 use crate::error::{PolyreelError, fault, raise};
 use crate::options::command_line;
 use crate::picture::{Kind, Packed};
@@ -28,7 +29,7 @@ use crate::work::wait;
 #[pyfunction]
 pub(crate) fn probe(py: Python<'_>, source: PathBuf) -> PyResult<String> {
     let names = [source.into_os_string()];
-    let input = py.detach(|| polyreel::open(&names, &SourceOptions::default())).map_err(raise)?;
+    let input = away(py, || polyreel::open(&names, &SourceOptions::default())).map_err(raise)?;
     let report = InputReport::new(&names, input.info().clone());
     serde_json::to_string(&report).map_err(|error| PolyreelError::new_err(error.to_string()))
 }
@@ -175,7 +176,8 @@ impl Drop for Listed {
 /// Ends all runs of this process and the programs that they have started, and removes what they have not finished. For
 /// the interpreter's end.
 #[pyfunction]
-pub(crate) fn end_all() {
+pub(crate) fn end_all(py: Python<'_>) {
+    away::end(py);
     let runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
     for (_, run) in runs.iter().filter(|(process, _)| *process == process::id()) {
         run.stop.request();
@@ -242,7 +244,7 @@ pub(crate) fn render_file<'py>(
         listed.0.processes.end_all();
     }
     drop(events);
-    let ended = py.detach(|| thread.join());
+    let ended = away(py, || thread.join());
     heard?;
     ended.map_err(|_| fault())?.map_err(raise)?;
     listener.report(py)

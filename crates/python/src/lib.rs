@@ -1,6 +1,7 @@
 //! polyreel for Python: the engine, the pipeline and the program as the module `polyreel._polyreel`. The package around
 //! it (`python/polyreel`) knows the kinds of pictures; here they are numpy arrays.
 
+mod away;
 mod error;
 mod file;
 mod mesh;

@@ -16,6 +16,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::away::away;
 use crate::error::{UsageError, raise};
 use crate::picture;
 use crate::work::work;
@@ -112,7 +113,7 @@ impl Mesh {
                 UsageError::new_err(format!("seams is '{seams}'; it can be {names}"))
             })?;
         let mesh = self.mesh(py);
-        Ok(py.detach(|| {
+        Ok(away(py, || {
             let outlined = outlined(&mesh, &self.plain, &self.look);
             let lines = Lines::of(&outlined, &self.look, mesh.size);
             let graded = Grade::of(&self.look).graded(&mesh, &self.plain);
@@ -133,7 +134,7 @@ impl Mesh {
             return Err(UsageError::new_err(format!("scale is {scale}; it can be 0.05 to 64")));
         }
         let mesh = self.mesh(py);
-        py.detach(|| save(mesh, &self.look, &destination, scale, overwrite)).map_err(raise)
+        away(py, || save(mesh, &self.look, &destination, scale, overwrite)).map_err(raise)
     }
 }
 

@@ -6,6 +6,7 @@ use polyreel::{Frame, Rgba, Size};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
+use crate::away::away;
 use crate::error::raise;
 
 /// What a picture's numbers are: what comes in goes out.
@@ -117,7 +118,7 @@ fn convert<T: Channel>(
     let (Ok(w), Ok(h), 3 | 4) = (u32::try_from(width), u32::try_from(height), channels) else {
         return Err(wrong_shape(array.shape()));
     };
-    let (pixels, sound) = py.detach(|| pixels(array, room));
+    let (pixels, sound) = away(py, || pixels(array, room));
     if !sound {
         return Err(PyValueError::new_err(
             "the picture holds NaN or floats far above 1: floats are 0 to 1; divide by 255, or convert to uint8",

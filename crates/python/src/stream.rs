@@ -12,6 +12,7 @@ use polyreel::{
 use pyo3::prelude::*;
 use pyo3::types::PyIterator;
 
+use crate::away::away;
 use crate::error::{PolyreelError, UsageError, fault, raise};
 use crate::picture::{self, Kind, Packed};
 use crate::renderer::{LastStats, Stats};
@@ -113,7 +114,7 @@ impl Running {
     fn end(&mut self, py: Python<'_>) -> PyResult<()> {
         self.frames = None;
         let Some(thread) = self.thread.take() else { return Ok(()) };
-        match py.detach(|| thread.join()) {
+        match away(py, || thread.join()) {
             Ok(Ok(_)) => Ok(()),
             Ok(Err(error)) => Err(raise(error)),
             Err(_) => Err(fault()),
@@ -242,6 +243,6 @@ impl FrameStream {
     fn close(&mut self, py: Python<'_>) {
         (self.iterator, self.pending) = (None, None);
         let running = self.running.take();
-        py.detach(|| drop(running));
+        away(py, || drop(running));
     }
 }

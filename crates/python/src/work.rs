@@ -10,6 +10,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, bounded};
 use pyo3::prelude::*;
 use rayon::ThreadPool;
 
+use crate::away::away;
 use crate::error::{PolyreelError, fault};
 
 /// How often a wait looks whether Ctrl-C was pressed.
@@ -54,7 +55,7 @@ pub(crate) fn work<T: Send + 'static>(
 /// The next message, `None` when none will come. Ctrl-C ends the wait.
 pub(crate) fn wait<T: Send>(py: Python<'_>, channel: &Receiver<T>) -> PyResult<Option<T>> {
     loop {
-        match py.detach(|| channel.recv_timeout(TICK)) {
+        match away(py, || channel.recv_timeout(TICK)) {
             Ok(message) => return Ok(Some(message)),
             Err(RecvTimeoutError::Disconnected) => return Ok(None),
             Err(RecvTimeoutError::Timeout) => py.check_signals()?,

@@ -43,6 +43,11 @@ class LookOptions(TypedDict, total=False):
     warning is given [default: none]"""
     regularity: float | None
     """How much well-shaped triangles count against the error, 0 (not at all) to 1 (only they do) [default: 0.5]"""
+    min_facet: Text | None
+    """Side of the smallest facets, in pixels or as a share of the picture's shorter side (2%), as of equilateral
+    triangles: refinement keeps to it, but for a few in a hundred [default: none]"""
+    max_facet: Text | None
+    """Side of the largest facets [default: none]"""
     edges: Literal["smooth", "hard"] | None
     """How triangles meet: smooth, a step spread over two pixels, or hard; GIFs always have hard edges [default:
     smooth]"""
