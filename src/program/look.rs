@@ -130,7 +130,7 @@ pub(crate) struct LookArgs {
     shape: Option<Shape>,
     /// Where the picture gets more and smaller facets: faces, or saliency, found in every frame; X,Y,R, a place and a radius
     /// (50%,40%,20%, or pixels); or MASK, a picture that is light there [default: none]
-    #[arg(long, value_name = "faces|saliency|X,Y,R|MASK")]
+    #[arg(long, value_name = "faces|X,Y,R|MASK")]
     focus: Option<Focus>,
     #[arg(long, value_name = "N", help = with_default(
         "How often a frame is smoothed before its colours are clustered, 0 to 8 (in the paper 0)",
