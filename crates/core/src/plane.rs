@@ -55,6 +55,12 @@ impl<T: Copy> Plane<T> {
         self.row(y)[x as usize]
     }
 
+    /// Sets the value at `(x, y)`.
+    pub(crate) fn set(&mut self, x: u32, y: u32, value: T) {
+        let place = y as usize * self.size.width as usize + x as usize;
+        self.values[place] = value;
+    }
+
     /// The values themselves.
     pub fn into_values(self) -> Vec<T> {
         self.values

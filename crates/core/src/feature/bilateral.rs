@@ -1,6 +1,7 @@
 //! The bilateral filter (Tomasi and Manduchi, "Bilateral Filtering for Gray and Color Images", ICCV 1998), in the form
 //! of `OpenCV`'s `bilateralFilter`: smooths what differs little, and keeps edges.
 
+use super::edges::mirrored;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, Rgba};
 use crate::parallel::prelude::*;
@@ -54,7 +55,8 @@ impl Bilateral {
         let mut pixels = vec![[0; 4]; size.pixels()];
         let lines = pixels.par_chunks_mut(size.width.max(1) as usize).enumerate();
         lines.for_each(|(y, out)| {
-            let near: Vec<_> = rows[y..=y + 2 * radius].iter().map(|&y| frame.row(y)).collect();
+            let near: Vec<_> =
+                rows[y..=y + 2 * radius].iter().map(|&y| frame.row(y as u32)).collect();
             for (x, pixel) in out.iter_mut().enumerate() {
                 let columns = &columns[x..=x + 2 * radius];
                 *pixel = mean(near[radius][x], &near, columns, &disk, &by_colour);
@@ -85,13 +87,13 @@ fn disk(radius: usize, weight: impl Fn(f32) -> f32) -> Vec<Neighbour> {
 fn mean(
     centre: Rgba,
     rows: &[&[Rgba]],
-    columns: &[u32],
+    columns: &[usize],
     disk: &[Neighbour],
     by_colour: &[f32],
 ) -> Rgba {
     let (mut sums, mut total) = ([0.0f32; 3], 0.0f32);
     for &(row, column, near) in disk {
-        let pixel = rows[row][columns[column] as usize];
+        let pixel = rows[row][columns[column]];
         let differs = |c: usize| usize::from(pixel[c].abs_diff(centre[c]));
         let weight = near * by_colour[differs(0) + differs(1) + differs(2)];
         (0..3).for_each(|c| sums[c] += weight * f32::from(pixel[c]));
@@ -100,17 +102,6 @@ fn mean(
     // The centre has a weight of its own.
     let [r, g, b] = sums.map(|sum| (sum / total + 0.5) as u8);
     [r, g, b, centre[3]]
-}
-
-/// The places along a side, and `beyond` on either end: there it is mirrored about its last place.
-fn mirrored(side: u32, beyond: usize) -> Vec<u32> {
-    let period = (2 * i64::from(side) - 2).max(1);
-    let beyond = beyond as i64;
-    let place = |v: i64| {
-        let v = v.rem_euclid(period);
-        v.min(period - v).min(i64::from(side) - 1) as u32
-    };
-    (-beyond..i64::from(side) + beyond).map(place).collect()
 }
 
 #[cfg(test)]

@@ -189,15 +189,18 @@ fn grow(ridge: &Plane<f32>, high: f32) -> Mask {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::geom::Size;
 
-    fn disk() -> Plane<u8> {
-        let pixel = |i: u32| {
-            let (x, y) = (i % 64, i / 64);
-            if x.abs_diff(30).pow(2) + y.abs_diff(24).pow(2) < 225 { 190 } else { 60 }
-        };
+    /// The distance from the centre of the [`disk`].
+    pub(in crate::feature) fn from_centre(x: u32, y: u32) -> f64 {
+        f64::from(x.abs_diff(30).pow(2) + y.abs_diff(24).pow(2)).sqrt()
+    }
+
+    /// A light disk with a radius of 15 pixels.
+    pub(in crate::feature) fn disk() -> Plane<u8> {
+        let pixel = |i: u32| if from_centre(i % 64, i / 64) < 15.0 { 190 } else { 60 };
         Plane::new(Size::new(64, 48), (0..64 * 48).map(pixel).collect()).expect("64 x 48")
     }
 
@@ -207,7 +210,7 @@ mod tests {
         // A ring of radius 15 has about 8/9 of its circumference in pixels.
         assert!((70..110).contains(&edges.len()), "{} pixels", edges.len());
         for (x, y) in edges.iter() {
-            let r = f64::from(x.abs_diff(30).pow(2) + y.abs_diff(24).pow(2)).sqrt();
+            let r = from_centre(x, y);
             assert!((r - 15.0).abs() < 2.0, "({x}, {y}) is {r:.1} from the centre");
         }
     }

@@ -7,7 +7,7 @@
 mod chains;
 mod walk;
 
-use super::edges::{about, by_rows};
+use super::edges::{about, by_rows, mirrored};
 use super::mask::Mask;
 use crate::error::{Error, Result};
 use crate::plane::Plane;
@@ -145,21 +145,17 @@ fn blurred(luma: &Plane<u8>) -> Plane<u8> {
     let weight = |d: f64| (-d * d / 2.0).exp();
     let total = weight(0.0) + 2.0 * (weight(1.0) + weight(2.0));
     let taps = [0.0, 1.0, 2.0].map(|d| (weight(d) / total) as f32);
-    let mirrored = |v: i64, side: u32| -> usize {
-        let last = i64::from(side) - 1;
-        (last - (last - v.abs()).abs()) as usize
-    };
+    let (xs, ys) = (mirrored(size.width, 2), mirrored(size.height, 2));
     by_rows(size, 0, |y, out| {
-        let row = |shift: i64| luma.row(mirrored(i64::from(y) + shift, size.height) as u32);
-        let rows = [row(-2), row(-1), row(0), row(1), row(2)];
+        let rows = [0, 1, 2, 3, 4].map(|d| luma.row(ys[y as usize + d] as u32));
         let column = |x: usize| {
             let pair = |d: usize| f32::from(rows[2 - d][x]) + f32::from(rows[2 + d][x]);
             taps[0] * f32::from(rows[2][x]) + taps[1] * pair(1) + taps[2] * pair(2)
         };
         let columns: Vec<f32> = (0..out.len()).map(column).collect();
         for (x, value) in out.iter_mut().enumerate() {
-            let at = |shift: i64| columns[mirrored(x as i64 + shift, size.width)];
-            let sum = taps[0] * at(0) + taps[1] * (at(-1) + at(1)) + taps[2] * (at(-2) + at(2));
+            let at = |d: usize| columns[xs[x + d]];
+            let sum = taps[0] * at(2) + taps[1] * (at(1) + at(3)) + taps[2] * (at(0) + at(4));
             *value = (sum + 0.5) as u8;
         }
     })
@@ -168,15 +164,8 @@ fn blurred(luma: &Plane<u8>) -> Plane<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::feature::canny::tests::{disk, from_centre};
     use crate::geom::Size;
-
-    fn disk() -> Plane<u8> {
-        let pixel = |i: u32| {
-            let (x, y) = (i % 64, i / 64);
-            if x.abs_diff(30).pow(2) + y.abs_diff(24).pow(2) < 225 { 190 } else { 60 }
-        };
-        Plane::new(Size::new(64, 48), (0..64 * 48).map(pixel).collect()).expect("64 x 48")
-    }
 
     #[test]
     fn the_edge_of_a_disk_is_one_closed_chain() {
@@ -188,7 +177,7 @@ mod tests {
         let (first, last) = (chains[0][0], chains[0][chains[0].len() - 1]);
         assert!(first.0.abs_diff(last.0) <= 3 && first.1.abs_diff(last.1) <= 3, "closed");
         for (x, y) in edges.iter() {
-            let r = f64::from(x.abs_diff(30).pow(2) + y.abs_diff(24).pow(2)).sqrt();
+            let r = from_centre(x, y);
             assert!((r - 15.0).abs() < 2.0, "({x}, {y}) is {r:.1} from the centre");
         }
     }

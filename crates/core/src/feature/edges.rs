@@ -11,6 +11,17 @@ pub(super) fn about<T: Copy>(plane: &Plane<T>, y: u32) -> [&[T]; 3] {
     [plane.row(y.saturating_sub(1)), plane.row(y), plane.row((y + 1).min(last))]
 }
 
+/// The places along a side, and `beyond` on either end: there it is mirrored about its last place.
+pub(super) fn mirrored(side: u32, beyond: usize) -> Vec<usize> {
+    let period = (2 * i64::from(side) - 2).max(1);
+    let beyond = beyond as i64;
+    let place = |v: i64| {
+        let v = v.rem_euclid(period);
+        v.min(period - v).min(i64::from(side) - 1) as usize
+    };
+    (-beyond..i64::from(side) + beyond).map(place).collect()
+}
+
 /// Fills a plane row by row in parallel: `write(y, row)`.
 pub(super) fn by_rows<T, F>(size: Size, blank: T, write: F) -> Plane<T>
 where

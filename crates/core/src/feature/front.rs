@@ -98,8 +98,7 @@ fn significant<'a>(
             let x = x.saturating_sub(shift).min(size.width - 1);
             let y = y.saturating_sub(shift).min(size.height - 1);
             candidates.insert(x, y);
-            let value = &mut score.values_mut()[y as usize * size.width as usize + x as usize];
-            *value = value.max(significance);
+            score.set(x, y, score.at(x, y).max(significance));
         }
     }
     Features { score: Some(score), ..candidates.into() }

@@ -73,7 +73,7 @@ impl Mask {
     pub fn to_plane(&self) -> Plane<f32> {
         let mut plane = Plane::filled(self.size, 0.0);
         for (x, y) in self.iter() {
-            plane.values_mut()[y as usize * self.size.width as usize + x as usize] = 1.0;
+            plane.set(x, y, 1.0);
         }
         plane
     }

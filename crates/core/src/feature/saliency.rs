@@ -1,6 +1,7 @@
 //! Saliency by the spectral residual (Hou and Zhang, "Saliency Detection: A Spectral Residual
 //! Approach", CVPR 2007), in the form of `OpenCV`'s `StaticSaliencySpectralResidual`.
 
+use super::edges::mirrored;
 use crate::parallel::prelude::*;
 use rustfft::algorithm::Radix4;
 use rustfft::num_complex::Complex;
@@ -130,11 +131,7 @@ fn smooth(map: &Square) -> Square {
 /// `map` filtered with `taps` along rows and columns, mirrored at the border without repeating the
 /// border itself (reflect-101).
 fn filter(map: &Square, taps: &[f64]) -> Square {
-    let reach = taps.len() / 2;
-    let mirrored = |i: usize, tap: usize| {
-        let at = (i + tap).abs_diff(reach);
-        if at < SIDE { at } else { 2 * (SIDE - 1) - at }
-    };
+    let mirrored = mirrored(SIDE as u32, taps.len() / 2);
     let along = |from: &Square, place: fn(usize, usize) -> usize| -> Square {
         let mut out = [0.0; SIDE * SIDE];
         for i in 0..SIDE {
@@ -142,7 +139,7 @@ fn filter(map: &Square, taps: &[f64]) -> Square {
                 out[place(i, j)] = taps
                     .iter()
                     .enumerate()
-                    .map(|(t, tap)| tap * from[place(mirrored(i, t), j)])
+                    .map(|(t, tap)| tap * from[place(mirrored[i + t], j)])
                     .sum();
             }
         }

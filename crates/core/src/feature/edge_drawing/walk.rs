@@ -41,7 +41,7 @@ impl<'a> Walker<'a> {
     ) -> Self {
         let mut states = Plane::filled(slopes.size(), State::Plain);
         for &(x, y) in anchors {
-            states.values_mut()[place(slopes, x, y)] = State::Anchor;
+            states.set(x, y, State::Anchor);
         }
         Self {
             detector,
@@ -79,7 +79,7 @@ impl<'a> Walker<'a> {
         }
         if self.trail.len() - shared < self.detector.shortest {
             for &(x, y) in &self.trail {
-                self.states.values_mut()[place(self.slopes, x, y)] = State::Plain;
+                self.states.set(x, y, State::Plain);
             }
             return Vec::new();
         }
@@ -132,26 +132,26 @@ impl<'a> Walker<'a> {
     /// The next pixel: an anchor or an edge if there is one ahead, else that with the largest gradient.
     fn ahead(&self, (x, y): (u32, u32), course: Course, rises: bool) -> (u32, u32) {
         let onward = |v: u32| if rises { v + 1 } else { v - 1 };
-        let beside = |shift: i32| match course {
+        let neighbour = |shift: i32| match course {
             Course::Across => (onward(x), y.wrapping_add_signed(shift)),
             Course::Down => (x.wrapping_add_signed(shift), onward(y)),
         };
         let first = if rises { 1 } else { -1 };
-        let taken = [0, first, -first].map(beside);
+        let taken = [0, first, -first].map(neighbour);
         if let Some(&next) = taken.iter().find(|&&next| self.state(next) != State::Plain) {
             return next;
         }
         let gradient = |shift: i32| {
-            let (x, y) = beside(shift);
+            let (x, y) = neighbour(shift);
             self.slopes.at(x, y).0
         };
         let (before, straight, after) = (gradient(-1), gradient(0), gradient(1));
         if before > straight && before > after {
-            beside(-1)
+            neighbour(-1)
         } else if before > straight || after > straight {
-            beside(1)
+            neighbour(1)
         } else {
-            beside(0)
+            neighbour(0)
         }
     }
 
@@ -160,10 +160,6 @@ impl<'a> Walker<'a> {
     }
 
     fn set(&mut self, (x, y): (u32, u32), state: State) {
-        self.states.values_mut()[place(self.slopes, x, y)] = state;
+        self.states.set(x, y, state);
     }
-}
-
-fn place<T: Copy>(plane: &Plane<T>, x: u32, y: u32) -> usize {
-    y as usize * plane.size().width as usize + x as usize
 }
