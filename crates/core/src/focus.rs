@@ -161,18 +161,19 @@ impl FocusKeeper {
     pub(crate) fn map(&mut self, frame: &Frame, is_fresh: bool) -> Option<&FocusMap> {
         let size = frame.size();
         let last = self.last.take().filter(|last| last.size == size);
-        let carried = last.clone().filter(|_| !is_fresh);
-        let wanted = self.wanted.clone()?;
-        self.last = Some(match (wanted, last) {
+        // What is the same in every frame outlives cuts.
+        let found = match (self.wanted.as_ref()?, last) {
             (Focus::Spot(_) | Focus::Mask(_), Some(last)) => last,
-            (Focus::Spot(spot), None) => FocusMap::spot(size, spot),
-            (Focus::Mask(mask), None) => FocusMap::mask(size, &mask),
-            (Focus::Saliency, _) => FocusMap::saliency(frame).follow(carried),
-            (Focus::Faces, _) => {
-                let faces = self.faces_of(frame, carried.is_none());
-                faces.unwrap_or_else(|| FocusMap::saliency(frame)).follow(carried)
+            (Focus::Spot(spot), None) => FocusMap::spot(size, *spot),
+            (Focus::Mask(mask), None) => FocusMap::mask(size, mask),
+            (Focus::Saliency, last) => FocusMap::saliency(frame).follow(last.filter(|_| !is_fresh)),
+            (Focus::Faces, last) => {
+                let last = last.filter(|_| !is_fresh);
+                let faces = self.faces_of(frame, last.is_none());
+                faces.unwrap_or_else(|| FocusMap::saliency(frame)).follow(last)
             }
-        });
+        };
+        self.last = Some(found);
         self.last.as_ref()
     }
 }
