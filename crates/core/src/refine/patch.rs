@@ -143,10 +143,9 @@ pub(super) fn take_out(
     let links = links(surface, ring);
     let squares = errors.squares(surface, ring.links.iter().map(|&h| h / 3));
     let mut slots = ring.links.iter().map(|&h| h / 3);
-    let second = |slots: &mut dyn Iterator<Item = u32>| {
-        if ring.closed { slots.next().unwrap_or(NONE) } else { NONE }
-    };
-    let left = [slots.next().unwrap_or(NONE), second(&mut slots)];
+    let first = slots.next().unwrap_or(NONE);
+    let second = if ring.closed { slots.next().unwrap_or(NONE) } else { NONE };
+    let left = [first, second];
     // The outer half-edges of the triangles that are not made yet.
     let mut open = SmallVec::<[_; MAX_CORNERS]>::new();
     open.push(NONE);
