@@ -176,8 +176,7 @@ fn grow(ridge: &Plane<f32>, high: f32) -> Mask {
             while let Some((x, y)) = waiting.pop() {
                 for v in y.saturating_sub(1)..=(y + 1).min(size.height - 1) {
                     for u in x.saturating_sub(1)..=(x + 1).min(size.width - 1) {
-                        if ridge.at(u, v) > 0.0 && !edges.contains(u, v) {
-                            edges.insert(u, v);
+                        if ridge.at(u, v) > 0.0 && edges.put(u, v) {
                             waiting.push((u, v));
                         }
                     }

@@ -18,6 +18,13 @@ impl Mask {
         Self { size, stride, words: vec![0; stride * size.height as usize] }
     }
 
+    /// These `pixels` of a frame of `size`.
+    pub(crate) fn of(size: Size, pixels: &[(u32, u32)]) -> Self {
+        let mut mask = Self::new(size);
+        pixels.iter().for_each(|&(x, y)| mask.insert(x, y));
+        mask
+    }
+
     /// The frame's size.
     pub fn size(&self) -> Size {
         self.size
@@ -26,6 +33,13 @@ impl Mask {
     /// Adds pixel `(x, y)`.
     pub fn insert(&mut self, x: u32, y: u32) {
         self.words[y as usize * self.stride + x as usize / 64] |= 1 << (x % 64);
+    }
+
+    /// Adds pixel `(x, y)`, and returns whether it was not there.
+    pub(crate) fn put(&mut self, x: u32, y: u32) -> bool {
+        let is_new = !self.contains(x, y);
+        self.insert(x, y);
+        is_new
     }
 
     /// Takes pixel `(x, y)` out.

@@ -10,14 +10,12 @@ pub(super) fn scatter(points: &mut Vec<(u32, u32)>, size: Size, count: usize, se
     if count == 0 || size.pixels() == 0 {
         return;
     }
-    let mut taken = Mask::new(size);
-    points.iter().for_each(|&(x, y)| taken.insert(x, y));
+    let mut taken = Mask::of(size, points);
     let part = |bits: u64, side: u32| (((bits & 0xffff_ffff) * u64::from(side)) >> 32) as u32;
     for i in 0..count as u32 {
         let bits = rank(seed, Purpose::Phase, i, u32::MAX);
         let (x, y) = (part(bits, size.width), part(bits >> 32, size.height));
-        if !taken.contains(x, y) {
-            taken.insert(x, y);
+        if taken.put(x, y) {
             points.push((x, y));
         }
     }

@@ -14,10 +14,9 @@ pub fn spread(points: &mut Vec<(u32, u32)>, target: usize, grid: &HexGrid, seed:
         return;
     }
     let size = grid.size();
-    let mut taken = Mask::new(size);
+    let mut taken = Mask::of(size, points);
     let mut held = vec![0u32; grid.cells()];
     for &(x, y) in points.iter() {
-        taken.insert(x, y);
         held[grid.cell_of_pixel(x, y)] += 1;
     }
     let order = |cell: usize, held: u32| (held, rank(seed, Purpose::Phase, cell as u32, 0), cell);
@@ -26,8 +25,7 @@ pub fn spread(points: &mut Vec<(u32, u32)>, target: usize, grid: &HexGrid, seed:
         cells.sort_unstable();
         for (_, _, cell) in cells {
             let Some((x, y)) = throw(grid, cell, round, seed) else { continue };
-            if !taken.contains(x, y) {
-                taken.insert(x, y);
+            if taken.put(x, y) {
                 held[cell] += 1;
                 points.push((x, y));
                 if points.len() == target {

@@ -43,13 +43,11 @@ pub(super) fn stipple(
     for _ in 0..ROUNDS {
         settle(&mut sites, first, &places, size);
     }
-    let mut taken = Mask::new(size);
+    let mut taken = Mask::of(size, &fixed);
     let mut points = fixed;
-    points.iter().for_each(|&(x, y)| taken.insert(x, y));
     for &(x, y) in &sites[first..] {
         let (x, y) = ((x as u32).min(size.width - 1), (y as u32).min(size.height - 1));
-        if !taken.contains(x, y) {
-            taken.insert(x, y);
+        if taken.put(x, y) {
             points.push((x, y));
         }
     }
