@@ -18,6 +18,7 @@ pub use colour::Colour;
 #[doc(hidden)]
 pub use detail::EIGHTHS;
 pub use detail::{Detail, Look, Steps};
+pub use facets::FacetSides;
 pub use focus::{Focus, FocusMask, Length, Spot};
 pub use names::{Edges, FillMode, FrontEnd, Method, Prefilter, Quality, Shape};
 pub use palette::{Duotone, Palette};

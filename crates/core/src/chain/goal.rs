@@ -112,7 +112,7 @@ pub(super) fn fewest(
         let options = Options { points: Points::Count(count), ..options.clone() };
         let seeds = Sampler::new(&options).choose(features, frame);
         let mut mesh = triangulate(frame.size(), &seeds)?;
-        let plan = RefineOptions::fresh(&options).within_limits(&options, frame.size());
+        let plan = RefineOptions::fresh(&options);
         // A new refiner: what is known of another mesh must not count.
         let refined =
             reach(goal, &mut Refiner::default(), &mut mesh, frame, &plan, &mut |_, _| ())?;

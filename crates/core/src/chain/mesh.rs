@@ -195,14 +195,13 @@ impl MeshStage {
     }
 
     fn plan(&self, is_fresh: bool, size: Size) -> RefineOptions {
-        let plan = if self.has_begun && self.options.coherence == 0.0 {
+        if self.has_begun && self.options.coherence == 0.0 {
             RefineOptions::alone(&self.options, size)
         } else if is_fresh {
             RefineOptions::fresh(&self.options)
         } else {
             RefineOptions::next(&self.options, size)
-        };
-        plan.within_limits(&self.options, size)
+        }
     }
 
     /// Level three for a fresh `mesh`. The `residual` is of another mesh: only its buffers are used.
@@ -244,7 +243,7 @@ impl MeshStage {
         frame: &Frame,
         observer: Observer<'_>,
     ) -> Result<Refined> {
-        let plan = RefineOptions::fresh(&self.options).within_limits(&self.options, frame.size());
+        let plan = RefineOptions::fresh(&self.options);
         if let Some(goal) = Goal::of(&self.options) {
             return reach(goal, &mut self.refiner, mesh, frame, &plan, observer);
         }

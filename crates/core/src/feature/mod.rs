@@ -122,7 +122,7 @@ impl Extractor {
         if is_searched || quality == Quality::Draft {
             return false;
         }
-        size.pixels() / 4 >= (PIXELS_A_POINT * points.target(size)).max(ENOUGH)
+        size.pixels() / 4 >= (PIXELS_A_POINT * self.options.seeds(size)).max(ENOUGH)
     }
 
     /// The colour regions that [`Extractor::extract`] would find in `frame`.

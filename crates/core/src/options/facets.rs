@@ -10,16 +10,38 @@ const EQUILATERAL: f64 = 0.433_012_701_892_219_3;
 /// Of the number of facets of one size that fit, the share that is aimed at where facets of several sizes must fit.
 const ROOM: f64 = 0.5;
 
-impl Options {
+/// The sides of the smallest and of the largest facet, where they are limited.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FacetSides {
+    least: Option<Length>,
+    most: Option<Length>,
+}
+
+impl FacetSides {
+    /// Any.
+    pub const FREE: Self = Self { least: None, most: None };
+
+    /// Whether there is a limit.
+    pub(crate) fn are_limited(self) -> bool {
+        self.least.is_some() || self.most.is_some()
+    }
+
     /// The least and the largest area of a facet of a picture of `size`, in pixels. 0 and infinity where there is no
     /// limit; the largest is at least twice the least, so that a picture can be covered.
-    pub(crate) fn facet_areas(&self, size: Size) -> (f64, f64) {
+    pub(crate) fn areas(self, size: Size) -> (f64, f64) {
         let area = |side: Length| {
             let side = side.of(size.width.min(size.height));
             EQUILATERAL * side * side
         };
-        let least = self.min_facet.map_or(0.0, area);
-        (least, self.max_facet.map_or(f64::INFINITY, area).max(2.0 * least))
+        let least = self.least.map_or(0.0, area);
+        (least, self.most.map_or(f64::INFINITY, area).max(2.0 * least))
+    }
+}
+
+impl Options {
+    /// The sides that facets may have.
+    pub(crate) fn facet_sides(&self) -> FacetSides {
+        FacetSides { least: self.min_facet, most: self.max_facet }
     }
 
     /// The number of seeds of a picture of `size`: what [`Options::points`] ask for, as far as facets have room for them,
@@ -27,10 +49,11 @@ impl Options {
     #[doc(hidden)]
     pub fn seeds(&self, size: Size) -> usize {
         let asked = self.points.target(size);
-        if self.min_facet.is_none() && self.max_facet.is_none() {
+        let sides = self.facet_sides();
+        if !sides.are_limited() {
             return asked;
         }
-        let (least, most) = self.facet_areas(size);
+        let (least, most) = sides.areas(size);
         let pixels = size.pixels() as f64;
         // There are about two triangles for each seed.
         let seeds = |area: f64| pixels / area / 2.0;

@@ -1,7 +1,7 @@
 //! Limits of the area of triangles.
 
 use crate::geom::{SUBPIXEL, Size};
-use crate::options::Options;
+use crate::options::FacetSides;
 
 /// The cost of each pixel that a triangle is too large or too small by, in squared 8-bit steps: more than colours can
 /// gain.
@@ -12,16 +12,16 @@ const PIXEL: f64 = 2.0 * (SUBPIXEL as f64) * (SUBPIXEL as f64);
 
 /// The least and the largest area of a triangle, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub(super) struct Limits {
     least: f64,
     most: f64,
 }
 
 impl Limits {
-    /// Those that `options` ask for on a frame of `size`, if any.
-    pub(super) fn of(options: &Options, size: Size) -> Option<Self> {
-        let (least, most) = options.facet_areas(size);
-        (options.min_facet.is_some() || options.max_facet.is_some()).then_some(Self { least, most })
+    /// Those of triangles with these `sides` on a frame of `size`, if there are any.
+    pub(super) fn of(sides: FacetSides, size: Size) -> Option<Self> {
+        let (least, most) = sides.areas(size);
+        sides.are_limited().then_some(Self { least, most })
     }
 
     /// What a triangle costs for its size, `doubled` being its `orient`.

@@ -207,9 +207,7 @@ impl Refiner {
         }
         in_pool(|| {
             let target = Target::Frame(frame);
-            self.rows.load(&target, options.estimates());
-            self.rows.load_planes(&target, options.planes);
-            self.rows.limits = options.limits;
+            self.rows.load_for(&target, options);
             self.surface.link(mesh);
             self.surface.measure(&self.rows);
             self.begin();
@@ -259,11 +257,7 @@ impl Refiner {
                 }
                 carried
             };
-            let load = || {
-                rows.load(&target, options.estimates());
-                rows.load_planes(&target, options.planes);
-                rows.limits = options.limits;
-            };
+            let load = || rows.load_for(&target, options);
             let ((), carried) = crate::parallel::join(load, carry);
             self.surface.measure(&self.rows);
             let refined = self.run(mesh, &target, options, carried, None);

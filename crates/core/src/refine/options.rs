@@ -1,8 +1,7 @@
 //! How a mesh is refined, and how much.
 
-use super::limits::Limits;
 use crate::geom::Size;
-use crate::options::{Detail, Options, Quality, Shape, Steps};
+use crate::options::{Detail, FacetSides, Options, Quality, Shape, Steps};
 
 /// How to refine a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +27,7 @@ pub struct RefineOptions {
     /// of the planes then.
     pub planes: bool,
     /// How small and how large triangles may be.
-    pub limits: Option<Limits>,
+    pub facets: FacetSides,
 }
 
 /// The work of a refinement step. `cargo bench -p polyreel-bench --bench refine` prints the time and the error of each
@@ -74,7 +73,7 @@ impl RefineOptions {
             mode: Mode::Quick,
             unrefined: Unrefined::Forget,
             planes: false,
-            limits: None,
+            facets: FacetSides::FREE,
         }
     }
 
@@ -95,7 +94,7 @@ impl RefineOptions {
 
     /// Whether errors are estimated from every second row where that will do.
     pub(super) fn estimates(&self) -> bool {
-        self.mode == Mode::Stream && !self.planes && self.limits.is_none()
+        self.mode == Mode::Stream && !self.planes && !self.facets.are_limited()
     }
 
     /// Steps, one in part among them.
@@ -131,7 +130,8 @@ impl RefineOptions {
         let unrefined = if adopts { Unrefined::Adopt } else { Unrefined::Forget };
         let planes = options.fill.is_gradient();
         let replace = plan.replace * (1.0 - options.evenness());
-        Self { regularity: options.regularity, replace, unrefined, planes, ..plan }
+        let facets = options.facet_sides();
+        Self { regularity: options.regularity, replace, unrefined, planes, facets, ..plan }
     }
 
     /// The plan for a mesh that comes from the frame before, of `size`: a few steps, fewer changes and only
@@ -146,7 +146,8 @@ impl RefineOptions {
             replace *= CALM_REPLACE;
             threshold *= CALM_THRESHOLD;
         }
-        Self { steps, regularity: options.regularity, replace, threshold, planes, ..live }
+        let facets = options.facet_sides();
+        Self { steps, regularity: options.regularity, replace, threshold, planes, facets, ..live }
     }
 
     /// The plan for a frame of `size` that has nothing to do with the one before it, of a video whose frames
@@ -160,12 +161,6 @@ impl RefineOptions {
         };
         let plan = Self::fresh(&Options { quality, ..options.clone() });
         Self { steps: plan.steps.min(Self::live_steps(options, size)), ..plan }
-    }
-
-    /// The same plan with the limits of facets that `options` ask for on a frame of `size`.
-    #[must_use]
-    pub fn within_limits(self, options: &Options, size: Size) -> Self {
-        Self { limits: Limits::of(options, size), ..self }
     }
 
     /// The same plan at the cost of `detail`, which may name another number of steps; where there were

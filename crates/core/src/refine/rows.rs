@@ -4,6 +4,7 @@
 mod load;
 
 use super::limits::Limits;
+use super::options::RefineOptions;
 use super::planes::RowPlanes;
 use super::sums::{NARROW, Sums, Total, unpack};
 use super::target::Target;
@@ -167,9 +168,16 @@ impl RowSums {
         doubled >= self.large || (self.needs_wide_sums && extent(triangle) >= EXTENT)
     }
 
+    /// Takes what a refinement as `options` say needs of `target`.
+    pub(super) fn load_for(&mut self, target: &Target, options: &RefineOptions) {
+        self.load(target, options.estimates());
+        self.load_planes(target, options.planes);
+        self.limits = Limits::of(options.facets, self.size);
+    }
+
     /// Takes what the costs of planes of colour need of `target`, where they are `wanted` and it is opaque, after
     /// [`RowSums::load`].
-    pub(super) fn load_planes(&mut self, target: &Target, wanted: bool) {
+    fn load_planes(&mut self, target: &Target, wanted: bool) {
         if wanted && target.is_opaque() {
             self.planes.load(target);
             self.large = 0;

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::geom::orient;
 use crate::mesh::Place;
-use crate::options::Edges;
+use crate::options::{Edges, FacetSides};
 use crate::rasterise::{self, rasterise};
 use crate::refine::cost::Cost;
 use crate::refine::mean::Mean;
@@ -78,7 +78,7 @@ proptest! {
             mode: if opaque { Mode::Thorough } else { Mode::Stream },
             unrefined: Unrefined::Forget,
             planes: false,
-            limits: None,
+            facets: FacetSides::FREE,
         };
         let mut refiner = Refiner::default();
         let mut error = f64::INFINITY;
