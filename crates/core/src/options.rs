@@ -27,6 +27,8 @@ pub use preset::{PRESETS, Preset};
 pub use study::STUDIES;
 pub use target::Target;
 
+use crate::geom::MAX_SIDE;
+
 /// How to render: everything that decides the bytes of the output, but the input itself.
 ///
 /// ```
@@ -266,14 +268,21 @@ impl Options {
         Self { fill, outline_opacity: 0.0, ..self.ungraded() }
     }
 
-    /// The same look for pictures `times` as large: lines whose width is in pixels are wider in proportion.
+    /// The same look for pictures `times` as large: lengths in pixels, of lines and of facets, are so, too.
     #[doc(hidden)]
     pub fn enlarged(&self, times: f64) -> Self {
-        let outline_width = match self.outline_width {
-            Length::Pixels(pixels) => Length::Pixels((pixels * times).clamp(0.1, 256.0)),
+        let scaled = |length: Length, least: f64, most: f64| match length {
+            Length::Pixels(pixels) => Length::Pixels((pixels * times).clamp(least, most)),
             share => share,
         };
-        Self { outline_width, ..self.clone() }
+        // The least ones of facets are as far apart as they have to be.
+        let facet = |side: Option<Length>, least| side.map(|s| scaled(s, least, MAX_SIDE.into()));
+        Self {
+            outline_width: scaled(self.outline_width, 0.1, 256.0),
+            min_facet: facet(self.min_facet, 1.0),
+            max_facet: facet(self.max_facet, 1.5),
+            ..self.clone()
+        }
     }
 
     /// Whether seeds that were chosen by `other` are still valid under these options: all differences, if any,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use polyreel_core::{Focus, FocusMask, Length, Options, Points, Size};
+use polyreel_core::{Focus, FocusMask, Options, Points, Size};
 use serde_json::{Map, Value};
 use wasm_bindgen::prelude::*;
 
@@ -98,20 +98,16 @@ impl Look {
     ) -> Self {
         let (picture, preview) =
             (Size::new(picture_width, picture_height), Size::new(width, height));
-        let mut look = self.clone();
-        if picture != preview && self.options.points != Points::Auto {
+        if picture == preview {
+            return self.clone();
+        }
+        let share = f64::from(width) / f64::from(picture_width.max(1));
+        let mut look = Self { options: self.options.enlarged(share), preset: self.preset.clone() };
+        if self.options.points != Points::Auto {
             // Smaller triangles than some pixels would not be seen.
             let most = (preview.pixels() / 40).max(4);
             let points = self.options.seeds(picture).min(most);
             look.options.points = Points::Count(points as u32);
-            let share = f64::from(width) / f64::from(picture_width.max(1));
-            let scaled = |length: Length, least: f64| match length {
-                Length::Pixels(pixels) => Length::Pixels((pixels * share).max(least)),
-                share => share,
-            };
-            look.options.outline_width = scaled(self.options.outline_width, 0.1);
-            look.options.min_facet = self.options.min_facet.map(|side| scaled(side, 1.0));
-            look.options.max_facet = self.options.max_facet.map(|side| scaled(side, 1.0));
         }
         look
     }
@@ -193,7 +189,7 @@ pub(crate) fn difference(options: &Options, base: &Options) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use polyreel_core::PRESETS;
+    use polyreel_core::{Length, PRESETS};
 
     #[test]
     fn settings_change_a_preset() {
@@ -239,5 +235,7 @@ mod tests {
         assert_eq!(preview.options.points, Points::Count(12000));
         assert_eq!(preview.options.outline_width, Length::Pixels(2.0));
         assert_eq!(look.for_preview(400, 300, 400, 300).options, look.options);
+        let small = Look::of(r#"{"min-facet": 2, "max-facet": 4}"#).expect("sound");
+        small.for_preview(4000, 3000, 400, 300).options.validate().expect("a preview, too");
     }
 }

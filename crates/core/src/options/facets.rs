@@ -2,7 +2,7 @@
 
 use super::{Length, Options};
 use crate::error::{Error, Result};
-use crate::geom::Size;
+use crate::geom::{MAX_SIDE, Size};
 
 /// The area of an equilateral triangle whose sides are 1.
 const EQUILATERAL: f64 = 0.433_012_701_892_219_3;
@@ -65,12 +65,12 @@ impl Options {
         let facets = [("min-facet", self.min_facet), ("max-facet", self.max_facet)];
         for (name, length) in facets {
             let is_sound = length.is_none_or(|length| match length {
-                Length::Pixels(pixels) => (1.0..=16_384.0).contains(&pixels),
+                Length::Pixels(pixels) => (1.0..=f64::from(MAX_SIDE)).contains(&pixels),
                 Length::Share(share) => share > 0.0 && share <= 1.0,
             });
             if let Some(length) = length.filter(|_| !is_sound) {
                 return Err(Error::options(format!(
-                    "{name} {length} is out of range: 1 to 16384 pixels, or more than 0 and at most 100% of the shorter side"
+                    "{name} {length} is out of range: 1 to {MAX_SIDE} pixels, or more than 0 and at most 100% of the shorter side"
                 )));
             }
         }
