@@ -22,6 +22,21 @@ impl Preset {
     ) -> Self {
         Self { name, about, make }
     }
+
+    /// The options of the one of `all` that is called `name`.
+    ///
+    /// # Errors
+    /// When there is none: the message calls it a `kind`, and lists those that there are, and `more`.
+    pub(super) fn find(all: &[Self], name: &str, kind: &str, more: &str) -> Result<Options> {
+        if let Some(found) = all.iter().find(|preset| preset.name == name) {
+            return Ok((found.make)());
+        }
+        let names: Vec<_> = all.iter().map(|preset| preset.name).collect();
+        Err(Error::options(format!(
+            "there is no {kind} '{name}': there are {}{more}",
+            names.join(", ")
+        )))
+    }
 }
 
 /// All presets, in the order of lists: new ones at the end, as hosts know them by their place.
@@ -213,30 +228,30 @@ impl Options {
     /// # Errors
     /// When there is no preset of this name; the message lists those that there are.
     pub fn preset(name: &str) -> Result<Self> {
-        match PRESETS.iter().find(|preset| preset.name == name) {
-            Some(preset) => Ok((preset.make)()),
-            None => {
-                let names = PRESETS.map(|preset| preset.name).join(", ");
-                Err(Error::options(format!(
-                    "there is no preset '{name}': there are {names}, and files whose name ends in .toml"
-                )))
-            }
-        }
+        Preset::find(&PRESETS, name, "preset", ", and files whose name ends in .toml")
     }
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+
+    /// Each of `all`, which `find` finds by its name, is sound and differs from the others.
+    pub(in crate::options) fn are_sound_and_distinct(
+        all: &[Preset],
+        find: fn(&str) -> Result<Options>,
+    ) {
+        for (i, preset) in all.iter().enumerate() {
+            let options = find(preset.name).expect(preset.name);
+            options.validate().expect(preset.name);
+            let mut others = all[..i].iter().map(|other| (other.make)());
+            assert!(others.all(|other| other != options), "{}", preset.name);
+        }
+    }
 
     #[test]
     fn presets_are_sound_and_distinct() {
-        for (i, preset) in PRESETS.iter().enumerate() {
-            let options = Options::preset(preset.name).expect(preset.name);
-            options.validate().expect(preset.name);
-            let others = PRESETS[..i].iter().map(|p| (p.make)());
-            assert!(others.into_iter().all(|other| other != options), "{}", preset.name);
-        }
+        are_sound_and_distinct(&PRESETS, Options::preset);
         let said = Options::preset("bald").expect_err("none").to_string();
         assert!(said.contains("bold") && said.contains(".toml"), "{said}");
     }

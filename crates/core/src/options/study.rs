@@ -3,7 +3,7 @@
 use super::{
     FillMode, Focus, FrontEnd, Method, Options, Points, Prefilter, Preset, Quality, Target,
 };
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// The studies, in the order of the paper's Table 1, and the paper's own methods after them. What their publications
 /// leave open, and what was chosen, is in `docs/studies.md`.
@@ -137,13 +137,7 @@ impl Options {
     /// # Errors
     /// When there is no study of this name; the message lists those that there are.
     pub fn study(name: &str) -> Result<Self> {
-        match STUDIES.iter().find(|study| study.name == name) {
-            Some(study) => Ok((study.make)()),
-            None => {
-                let names = STUDIES.map(|study| study.name).join(", ");
-                Err(Error::options(format!("there is no study '{name}': there are {names}")))
-            }
-        }
+        Preset::find(&STUDIES, name, "study", "")
     }
 }
 
@@ -153,12 +147,7 @@ mod tests {
 
     #[test]
     fn studies_are_sound_and_distinct() {
-        for (i, study) in STUDIES.iter().enumerate() {
-            let options = Options::study(study.name).expect(study.name);
-            options.validate().expect(study.name);
-            let others = STUDIES[..i].iter().map(|other| (other.make)());
-            assert!(others.into_iter().all(|other| other != options), "{}", study.name);
-        }
+        crate::options::preset::tests::are_sound_and_distinct(&STUDIES, Options::study);
         let said = Options::study("gai").expect_err("none").to_string();
         assert!(said.contains("gai-2015") && said.contains("hslp"), "{said}");
     }
