@@ -1,18 +1,19 @@
 //! `polyreel render`: input, pipeline, output, and what there is to say of it.
 
+mod summary;
+
 use std::ffi::{OsStr, OsString};
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use indicatif::HumanBytes;
 use polyreel::error::{Error, Result};
 use polyreel::frame::Rational;
-use polyreel::options::{Options, Points, Target};
+use polyreel::options::{Options, Points};
 use polyreel::pipeline::{
-    self, Controls, DetailPolicy, Ending, FrameReport, InputReport, Observer, OutputReport, Report,
-    Script, Settings, Stop, Summary,
+    self, Controls, DetailPolicy, FrameReport, InputReport, Observer, OutputReport, Report, Script,
+    Settings, Stop,
 };
 use polyreel::refine::RefineOptions;
 use polyreel::sink::ffmpeg::VideoOptions;
@@ -20,12 +21,11 @@ use polyreel::sink::repainted::Repainted;
 use polyreel::sink::{self, Sink, SinkOptions};
 use polyreel::source::Sound;
 use polyreel::source::{self, Input, SourceOptions};
-use polyreel::stage::Stage;
 use polyreel::stream::{StreamInfo, is_hdr};
 
 use crate::program::Outcome;
 use crate::program::batch::{is_meant, render_batch};
-use crate::program::cli::{RenderArgs, RunArgs};
+use crate::program::cli::RenderArgs;
 use crate::program::embed::Watcher;
 use crate::program::film;
 use crate::program::interrupt::Interrupt;
@@ -36,6 +36,9 @@ use crate::program::record::Record;
 use crate::program::remark::remarks;
 use crate::program::repaint::repaint;
 use crate::program::terminal;
+
+use summary::faceless;
+pub(crate) use summary::{fell_short, say_summary};
 
 /// Renders the input to the output, and reports on the terminal.
 pub(crate) fn render(args: &RenderArgs) -> Result<Outcome> {
@@ -332,27 +335,6 @@ fn looks_like_output(name: &OsStr) -> bool {
     name == "-" || (!path.exists() && (path.extension().is_some() || folder))
 }
 
-/// What to say where `short` frames stay below the `target` of `--error`, the `least` like at that.
-pub(crate) fn fell_short(target: Target, short: u64, least: f64) -> Option<String> {
-    let frames = match short {
-        0 => return None,
-        1 => "1 frame stays".to_owned(),
-        n => format!("{n} frames stay"),
-    };
-    let (wanted, least) = (target.describe(target.value()), target.describe(least));
-    Some(format!("{frames} below {wanted}, the least at {least}; more --points, or auto, reach it"))
-}
-
-/// What to say where `--focus faces` found none in `faceless` of `frames`.
-fn faceless(faceless: u64, frames: u64) -> Option<String> {
-    let what = match (faceless, frames) {
-        (0, _) => return None,
-        (_, 1) => "no face was found".to_owned(),
-        (faceless, frames) => format!("no face was found in {faceless} of {frames} frames"),
-    };
-    Some(format!("{what}: more points are where it stands out, as with --focus saliency"))
-}
-
 /// One line with everything that decides the bytes.
 fn settings_line(options: &Options, args: &RenderArgs) -> String {
     let json = serde_json::to_value(options).expect("options are plain data");
@@ -366,70 +348,6 @@ fn settings_line(options: &Options, args: &RenderArgs) -> String {
     let threads = args.run.threads.map_or_else(|| "auto".to_owned(), |n| n.to_string());
     let _ = write!(line, " threads={threads}");
     line
-}
-
-/// What there is to say on standard error after a run that did not fail.
-pub(crate) fn say_summary(
-    run: &RunArgs,
-    info: &StreamInfo,
-    written: &OutputReport,
-    summary: &Summary,
-) {
-    if let Ending::Truncated(error) = &summary.ending {
-        terminal::warn(format_args!("{error}; the output holds what came before"));
-    }
-    // A reader who has gone had enough.
-    if run.quiet || matches!(summary.ending, Ending::Closed) {
-        return;
-    }
-    if run.verbose {
-        terminal::say_lines(&stage_table(summary));
-    }
-    let frames = match summary.frames {
-        1 => "1 frame".to_owned(),
-        n => format!("{n} frames"),
-    };
-    let mut line = format!(
-        "{}: {frames} of {} in {:.2} s ({:.1} fps)",
-        written.path,
-        info.size,
-        summary.wall.as_secs_f64(),
-        summary.fps()
-    );
-    // Writing to a string cannot fail.
-    if let Some(bytes) = written.bytes {
-        let _ = write!(line, ", {}", HumanBytes(bytes));
-    }
-    if let Some(ms) = summary.budget.ms {
-        let _ = write!(line, ", {} over {ms} ms", summary.budget.missed);
-    }
-    if summary.dropped > 0 {
-        let _ = write!(line, ", {} dropped", summary.dropped);
-    }
-    if let Some(delay) = summary.delay {
-        let _ = write!(line, ", delay {:.0} ms (95 %: {:.0} ms)", delay.p50_ms, delay.p95_ms);
-    }
-    if matches!(summary.ending, Ending::Stopped) {
-        line += ", stopped early";
-    }
-    terminal::say(line);
-}
-
-fn stage_table(summary: &Summary) -> String {
-    let head = format!("{:<12} {:>9} {:>9} {:>9}\n", "stage", "p50 ms", "p95 ms", "p99 ms");
-    Stage::ALL.iter().fold(head, |mut table, &stage| {
-        let times = summary.stages.get(stage);
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            table,
-            "{:<12} {:>9.2} {:>9.2} {:>9.2}",
-            stage.name(),
-            times.p50_ms,
-            times.p95_ms,
-            times.p99_ms
-        );
-        table
-    })
 }
 
 #[cfg(test)]

@@ -123,6 +123,32 @@ fn every_flag_and_every_field_is_in_the_table() {
     assert_eq!(flags, listed, "flags of the command line");
 }
 
+/// Flags of the table that paint, and so have an effect on a mesh stream.
+const PAINT: [&str; 11] = [
+    "outline",
+    "outline-width",
+    "outline-contrast",
+    "outline-opacity",
+    "outline-tint",
+    "saturation",
+    "wash",
+    "contrast",
+    "chroma",
+    "duotone",
+    "palette",
+];
+
+#[test]
+fn every_flag_that_decides_the_mesh_is_refused_for_a_mesh_stream() {
+    for (flag, value, _) in table() {
+        let args = ["polyreel".to_string(), format!("--{flag}={value}")];
+        let matches = command().try_get_matches_from(args).expect("flags that exist");
+        let look = LookArgs::from_arg_matches(&matches).expect("values that are sound");
+        let painted = look.repaint(&Options::default());
+        assert_eq!(painted.is_ok(), PAINT.contains(&flag), "{flag}: {painted:?}");
+    }
+}
+
 #[test]
 fn every_flag_refuses_what_is_no_value_of_it() {
     for (flag, ..) in table() {
