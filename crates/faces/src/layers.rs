@@ -184,7 +184,7 @@ impl Unit {
         for (x, out) in row.as_chunks_mut::<N>().0.chunks_exact_mut(parts).enumerate() {
             out.copy_from_slice(added);
             for (row, weights) in rows.iter().zip(weights.chunks_exact(3 * parts)) {
-                // Beside the frame and below it there is nothing to add.
+                // Outside the frame there is nothing to add.
                 let from = x.saturating_sub(1) * parts;
                 let to = ((x + 2) * parts).min(row.len());
                 let first = if x == 0 { parts } else { 0 };

@@ -15,7 +15,7 @@ use crate::program::look::{LookArgs, methods};
 #[command(override_usage = "polyreel evaluate [OPTIONS] <INPUT>...")]
 #[command(
     after_help = "Every picture is measured by itself, every GIF and video as a clip. The paper's tables \
-                         are without refinement; tables of their own set the methods beside themselves \
+                         are without refinement; tables of their own compare the methods with themselves \
                          refined, as --quality, --refine or --error say, unless that is --refine 0. Standard \
                          output has a short table; --markdown, --csv and --json have all figures of all pictures. A \
                          file that \

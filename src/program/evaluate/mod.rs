@@ -54,14 +54,14 @@ pub(crate) fn evaluate(args: &EvaluateArgs) -> Result<Outcome> {
             .build_global()
             .map_err(|error| Error::thread("evaluation", error))?;
     }
+    let longest = longest_side(&plan, files.len());
     let mut work = Work {
         args,
         bar: bar(files.len() as u64, args.quiet),
         found: Evaluation { plan, stills: Vec::new(), clips: Vec::new(), failures: Vec::new() },
         galleries: Vec::new(),
-        longest: 0,
+        longest,
     };
-    work.longest = work.longest_side(files.len());
     for file in &files {
         work.bar.set_message(short_name(file));
         if let Err(error) = work.one(file) {
@@ -112,6 +112,14 @@ fn plan(args: &EvaluateArgs) -> Result<Plan> {
     Ok(Plan::of_methods(options, &args.chosen(), robustness))
 }
 
+/// The longest side of the pictures of `inputs` files, so that the page does not grow too large.
+fn longest_side(plan: &Plan, inputs: usize) -> u32 {
+    let pictures = inputs * (1 + plan.variants().count());
+    let pixels = PAGE_BYTES / PIXEL_BYTES / pictures.max(1) as f64;
+    // Of pictures in the proportions 3:2.
+    ((pixels * 1.5).sqrt() as u32).clamp(320, 1280)
+}
+
 struct Work<'a> {
     args: &'a EvaluateArgs,
     bar: ProgressBar,
@@ -122,14 +130,6 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// The longest side of the pictures of `inputs`, so that the page does not grow too large.
-    fn longest_side(&self, inputs: usize) -> u32 {
-        let pictures = inputs * (1 + self.found.plan.variants().count());
-        let pixels = PAGE_BYTES / PIXEL_BYTES / pictures.max(1) as f64;
-        // Of pictures in the proportions 3:2.
-        ((pixels * 1.5).sqrt() as u32).clamp(320, 1280)
-    }
-
     fn one(&mut self, file: &Path) -> Result<()> {
         let input = source::open(&[file], &self.args.input.options(Processes::default()))?;
         let mut gallery = Gallery { name: short_name(file), pictures: Vec::new() };

@@ -41,7 +41,7 @@ pub(super) fn page(found: &Evaluation, tables: &[Table], galleries: &[Gallery]) 
         }
         html += "</ul></section>\n";
     }
-    html += "<section>\n<p class=\"note\">A click enlarges a picture beside its source: drag the line \
+    html += "<section>\n<p class=\"note\">A click enlarges a picture over its source: drag the line \
              between them; the arrow keys go to the next.</p>\n";
     for gallery in galleries {
         html += &pictures(gallery);

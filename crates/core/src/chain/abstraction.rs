@@ -3,7 +3,7 @@
 use super::content;
 use crate::frame::Frame;
 
-/// Every so many frames one is looked at.
+/// Frames from one look to the next.
 const EVERY: u32 = 4;
 
 /// How far a look draws the smoothed number, on a scale of logarithms.

@@ -16,7 +16,7 @@ const STAYS: f32 = 0.5;
 /// The overlap from which on it is the same.
 const SAME: f32 = 0.3;
 
-/// Faces are looked for in every so many frames of a shot: within 4 of them the map has changed by half.
+/// Frames of a shot from one search for faces to the next: within 4 of them the map has changed by half.
 const EVERY: u32 = 4;
 
 /// How far a face reaches beyond its box, as a share of that, so that its outline belongs to it.

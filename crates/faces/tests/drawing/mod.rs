@@ -21,7 +21,7 @@ const PARTS: [([f64; 4], [u8; 3]); 13] = [
 /// A place in pixels, and a radius.
 pub(crate) type Place = [f64; 3];
 
-/// What is seen at `x`, `y` of faces at these places; `None` beside them.
+/// What is seen at `x`, `y` of faces at these places; `None` outside them.
 pub(crate) fn faces_at(places: &[Place], x: f64, y: f64) -> Option<[u8; 4]> {
     let part = |[mid_x, mid_y, radius]: &Place| {
         let (x, y) = ((x - mid_x) / radius, (y - mid_y) / radius);

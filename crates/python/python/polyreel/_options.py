@@ -23,7 +23,7 @@ class LookOptions(TypedDict, total=False):
     method: Literal["hrlp", "help", "hslp", "rlp", "entropy", "pic2polyart", "ranked", "thinning", "stippling"] | None
     """How feature points and seeds are found [default: hrlp]"""
     points: Text | None
-    """Seeds of a frame: a count (2000), a count for a picture of 1024 x 1024 that grows slightly with the size
+    """Seeds of a frame: a count (2000), a count that is the same at any size but for sprites, which have fewer
     (1200@1MP), a share of its pixels (1.5%), or auto: as many as the picture asks for, by how its error falls,
     followed slowly over the frames of a shot; with --error the fewest, to 2 %, that reach it on the first frame
     [default: 1200@1MP]"""
