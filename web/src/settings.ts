@@ -56,14 +56,17 @@ export class Store {
   }
 
   paint(mask: Mask | null): void {
-    const { focus: _, ...settings } = this.current.settings;
-    this.step({ settings: mask ? { ...settings, focus: 'focus.png' } : settings, mask }, null);
+    this.aim(mask && 'focus.png', mask);
   }
 
   /** Has the engine find where facets are small, in place of a mask. */
   focus(found: string | null): void {
+    this.aim(found, null);
+  }
+
+  private aim(focus: string | null, mask: Mask | null): void {
     const { focus: _, ...settings } = this.current.settings;
-    this.step({ settings: found ? { ...settings, focus: found } : settings, mask: null }, null);
+    this.step({ settings: focus ? { ...settings, focus } : settings, mask }, null);
   }
 
   /** A gesture is over: the next change is a step of its own. */

@@ -97,7 +97,7 @@ impl State {
         self.renderer = Some((renderer, size));
         let stats = Stats {
             life: rendered.life,
-            seeds: rendered.mesh.seeds().len(),
+            seeds: rendered.mesh.seed_ids().count(),
             triangles: rendered.mesh.triangles.len(),
             refine_steps: rendered.refine_steps,
             time,

@@ -71,10 +71,10 @@ impl Engine {
         Ok(self.next(rgba, width, height, &Detail { steps, ..Detail::FULL })?)
     }
 
-    /// Points of the last frame.
+    /// Points of the last frame; of a Voronoi diagram its cells.
     #[wasm_bindgen(getter)]
     pub fn points(&self) -> usize {
-        self.mesh.as_ref().map_or(0, |mesh| mesh.seeds().len())
+        self.mesh.as_ref().map_or(0, |mesh| mesh.seed_ids().count())
     }
 
     /// Triangles of the last frame.
