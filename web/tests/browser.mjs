@@ -109,9 +109,20 @@ export async function pick(page, name) {
   await shown(page);
 }
 
+/** Opens the dialog that saves. It opens when the page knows which formats there are. */
+export async function openSave(page) {
+  await page.click('#open-save');
+  await page.waitForSelector('#save[open]');
+}
+
+export async function closeSave(page) {
+  await page.click('#cancel');
+  await page.waitForSelector('#save:not([open])', { state: 'attached' });
+}
+
 /** Saves in `format`, and returns the path of the file. */
 export async function save(page, format, { size } = {}) {
-  await page.click('#open-save');
+  await openSave(page);
   await page.check(`#format-${format}`, { force: true });
   if (size) await page.selectOption('#size', size);
   const download = page.waitForEvent('download', { timeout: 300_000 });
@@ -129,7 +140,7 @@ export async function save(page, format, { size } = {}) {
   await file.saveAs(path);
   const line = await (await page.waitForFunction(() => document.getElementById('line').textContent)).jsonValue();
   const { seconds, frames } = await page.evaluate(() => ({ ...document.getElementById('save').dataset }));
-  await page.click('#cancel');
+  await closeSave(page);
   return { path, name: file.suggestedFilename(), line, seconds: Number(seconds), frames: Number(frames) };
 }
 

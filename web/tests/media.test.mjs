@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { copyFileSync, readFileSync, truncateSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
-import { drawn, ffmpeg, folder, launch, open, pick, pictures, polyreel, probe, root, save, serve, skip } from './browser.mjs';
+import { drawn, ffmpeg, folder, launch, open, openSave, pick, pictures, polyreel, probe, root, save, serve, skip } from './browser.mjs';
 
 let site;
 let browser;
@@ -122,7 +122,7 @@ test('an animation plays, and is exported as a film', { skip }, async () => {
 test('an export is cancelled', { skip }, async () => {
   const { context, page } = await open(browser, site.address);
   await pick(page, 'clip.mp4');
-  await page.click('#open-save');
+  await openSave(page);
   await page.check('#format-apng', { force: true });
   await page.click('#go');
   await page.waitForFunction(() => /Frame/.test(document.getElementById('outcome').textContent));

@@ -4,7 +4,7 @@ import { after, before, test } from 'node:test';
 import { copyFileSync, readFileSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { join } from 'node:path';
-import { drawn, ffmpeg, folder, launch, open, pick, pictures, polyreel, root, save, serve, settled, shown, skip } from './browser.mjs';
+import { closeSave, drawn, ffmpeg, folder, launch, open, openSave, pick, pictures, polyreel, root, save, serve, settled, shown, skip } from './browser.mjs';
 
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 let site;
@@ -198,11 +198,11 @@ test('focus is painted, kept in the export, and cleared', { skip }, async () => 
   await drawn(page, count + 1);
   const saved = await save(page, 'png');
   assert.match(saved.line, /--focus focus\.png/);
-  await page.click('#open-save');
+  await openSave(page);
   const waiting = page.waitForEvent('download');
   await page.click('#mask-file');
   await (await waiting).saveAs(join(folder, 'focus.png'));
-  await page.click('#cancel');
+  await closeSave(page);
   polyreel(...saved.line.split(' ').slice(1), '-y', '-q');
   assert.ok(readFileSync(join(folder, saved.name)).equals(readFileSync(saved.path)));
   await page.click('#unfocus');
@@ -262,10 +262,10 @@ for (const width of [360, 768, 1600]) {
       assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'nothing is wider than the window');
       if (process.env.SHOTS) await page.screenshot({ path: join(process.env.SHOTS, `${width}-${colorScheme}-welcome.png`) });
       await page.click('#close-welcome');
-      await page.click('#open-save');
+      await openSave(page);
       await check();
       if (process.env.SHOTS) await page.screenshot({ path: join(process.env.SHOTS, `${width}-${colorScheme}-save.png`) });
-      await page.click('#cancel');
+      await closeSave(page);
       await pick(page, 'planet.gif');
       await page.click('#compare');
       if (process.env.SHOTS) await page.screenshot({ path: join(process.env.SHOTS, `${width}-${colorScheme}-clip.png`) });
