@@ -115,7 +115,9 @@ pub(crate) fn kind(magic: &[u8]) -> Kind {
         [b'G', b'I', b'F', b'8', ..] => Kind::Gif,
         _ if webp => Kind::Picture(ImageFormat::WebP),
         [b'B', b'M', ..] => Kind::Picture(ImageFormat::Bmp),
-        [b'I', b'I', 42, 0, ..] | [b'M', b'M', 0, 42, ..] => Kind::Picture(ImageFormat::Tiff),
+        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => {
+            Kind::Picture(ImageFormat::Tiff)
+        }
         [b'P', b'1'..=b'7', space, ..] if space.is_ascii_whitespace() || *space == b'#' => {
             Kind::Picture(ImageFormat::Pnm)
         }
@@ -140,6 +142,8 @@ mod tests {
             (b"BM\x10\0\0\0", Kind::Picture(ImageFormat::Bmp)),
             (b"II*\0", Kind::Picture(ImageFormat::Tiff)),
             (b"MM\0*", Kind::Picture(ImageFormat::Tiff)),
+            // BigTIFF.
+            (b"II+\0", Kind::Picture(ImageFormat::Tiff)),
             (b"P6\n1 1", Kind::Picture(ImageFormat::Pnm)),
             (b"P6x", Kind::Other),
             (b"YUV4MPEG2 W2", Kind::Y4m),

@@ -4,6 +4,7 @@
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, ErrorKind, Read};
+use std::ops::Range;
 use std::path::Path;
 
 use super::detect;
@@ -19,6 +20,11 @@ const COMMENT: u8 = 0xfe;
 const APPLICATIONS: std::ops::RangeInclusive<u8> = 0xe0..=0xef;
 /// Baseline, and extended sequential with Huffman coding.
 const SEQUENTIAL: std::ops::RangeInclusive<u8> = 0xc0..=0xc1;
+/// Headers of frames, among which are three other markers.
+const FRAMES: std::ops::RangeInclusive<u8> = 0xc0..=0xcf;
+const NO_FRAMES: [u8; 3] = [0xc4, 0xc8, 0xcc];
+const JFIF: u8 = 0xe0;
+const ADOBE: u8 = 0xee;
 
 /// The bytes of a JPEG that its decoder needs.
 #[derive(Debug, Default)]
@@ -30,9 +36,15 @@ pub(super) struct Jpeg {
     /// Whether it is sequential, with scans of fewer components than the picture has: zune-jpeg decodes many
     /// of these wrongly.
     pub(super) split_scans: bool,
+    /// Whether the first component has fewer samples than another one: zune-jpeg decodes these wrongly, too.
+    pub(super) is_luma_coarser: bool,
     /// Components of a sequential picture.
     components: u8,
     metadata: u64,
+    has_exif: bool,
+    is_jfif: bool,
+    /// Where Adobe's segment is in `bytes`.
+    adobe: Option<Range<usize>>,
 }
 
 impl Jpeg {
@@ -58,6 +70,20 @@ impl Jpeg {
 }
 
 impl Jpeg {
+    /// Takes from the header of a frame (T.81, B.2.2) what a decoder has to know.
+    fn frame(&mut self, header: &[u8]) {
+        let samples = |component: &[u8]| (component[1] >> 4, component[1] & 15);
+        let components = header.get(6..).unwrap_or_default().chunks_exact(3);
+        let sampling: Vec<(u8, u8)> = components.map(samples).collect();
+        if let [luma, chroma @ ..] = sampling.as_slice() {
+            self.is_luma_coarser |= chroma.iter().any(|c| c.0 > luma.0 || c.1 > luma.1);
+        }
+        // JFIF means Y'CbCr, whatever Adobe's segment says (libjpeg and its users, too); of inks it says nothing.
+        if let (true, 3, Some(adobe)) = (self.is_jfif, sampling.len(), self.adobe.take()) {
+            self.bytes.drain(adobe);
+        }
+    }
+
     /// Appends bytes, as long as they are at most `most` in all.
     fn push(&mut self, bytes: &[u8], most: u64) -> io::Result<()> {
         if (self.bytes.len() + bytes.len()) as u64 > most {
@@ -136,13 +162,21 @@ impl Reader {
             // The header of a frame (T.81, B.2.2).
             self.jpeg.components = data.get(5).copied().unwrap_or(0);
         }
+        if FRAMES.contains(&marker) && !NO_FRAMES.contains(&marker) {
+            self.jpeg.frame(&data);
+        }
         if marker == START_OF_SCAN {
             let few = data.first().is_some_and(|&n| n < self.jpeg.components);
             self.jpeg.split_scans |= few;
         }
         if self.is_needed(marker, &data) {
+            let begin = self.jpeg.bytes.len();
             self.push(&[0xff, marker, length[0], length[1]])?;
             self.push(&data)?;
+            self.jpeg.is_jfif |= marker == JFIF && data.starts_with(b"JFIF\0");
+            if marker == ADOBE && data.starts_with(b"Adobe") {
+                self.jpeg.adobe = Some(begin..self.jpeg.bytes.len());
+            }
         }
         if (data.len() as u64) < bytes {
             return Err(ErrorKind::UnexpectedEof.into());
@@ -153,9 +187,12 @@ impl Reader {
     /// Whether a decoder needs the segment: of applications', JFIF's, EXIF, ICC profiles and Adobe's.
     fn is_needed(&mut self, marker: u8, data: &[u8]) -> bool {
         let metadata = match marker {
-            0xe1 => data.starts_with(b"Exif\0"),
+            // Of several, the first holds.
+            0xe1 => {
+                data.starts_with(b"Exif\0") && !std::mem::replace(&mut self.jpeg.has_exif, true)
+            }
             0xe2 => data.starts_with(b"ICC_PROFILE\0"),
-            0xe0 | 0xee => true,
+            JFIF | ADOBE => true,
             _ => return marker != COMMENT && !APPLICATIONS.contains(&marker),
         };
         self.jpeg.metadata += data.len() as u64;
@@ -211,6 +248,26 @@ mod tests {
         let jpeg = read(&with);
         assert!(jpeg.complete && jpeg.bytes == whole, "without the preview");
         assert!(!read(&with[..with.len() - 2]).complete);
+    }
+
+    #[test]
+    fn of_colours_jfif_says_more_than_adobe() {
+        let whole = picture();
+        let jfif = [&[0xff, 0xe0, 0, 16], b"JFIF\0\x01\x01\0\0\x01\0\x01\0\0".as_slice()].concat();
+        let adobe = [&[0xff, 0xee, 0, 14], b"Adobe\0d\0\0\0\0\0".as_slice()].concat();
+        let begins = |segments: &[&[u8]]| [&whole[..2], &segments.concat(), &whole[2..]].concat();
+        assert!(!whole.windows(4).any(|bytes| bytes == b"JFIF"), "as `image` writes it");
+        let both = read(&begins(&[&jfif, &adobe])).bytes;
+        assert_eq!(both, begins(&[&jfif]));
+        assert_eq!(read(&begins(&[&adobe])).bytes, begins(&[&adobe]));
+    }
+
+    #[test]
+    fn the_first_of_several_exif_segments_holds() {
+        let whole = picture();
+        let exif = |n: u8| [&[0xff, 0xe1, 0, 9], b"Exif\0\0".as_slice(), &[n]].concat();
+        let with = [&whole[..2], &exif(1), &exif(2), &whole[2..]].concat();
+        assert_eq!(read(&with).bytes, [&whole[..2], &exif(1), &whole[2..]].concat());
     }
 
     #[test]

@@ -1,4 +1,5 @@
-//! JPEGs that zune-jpeg decodes wrongly, by the `jpeg-decoder` crate: one scan a component.
+//! JPEGs that zune-jpeg decodes wrongly, by the `jpeg-decoder` crate: one scan a component, or luma of fewer samples
+//! than chroma.
 
 use std::io::ErrorKind;
 
@@ -21,7 +22,7 @@ pub(super) fn decode(jpeg: &[u8]) -> Result<Vec<Rgba>, ImageError> {
         Some(PixelFormat::RGB24) => {
             Ok(bytes.as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 255]).collect())
         }
-        _ => Err(unsupported("one scan a component, and not three components")),
+        _ => Err(unsupported("such scans or samples, and not three components")),
     }
 }
 

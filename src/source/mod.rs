@@ -29,6 +29,7 @@ mod resize;
 mod sequence;
 mod still;
 mod tiff;
+mod tiff_samples;
 mod trim;
 mod warmup;
 mod webp;

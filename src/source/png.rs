@@ -1,7 +1,7 @@
 //! PNG, still or animated, through the `png` crate: pictures, frames, and what chunks say of colours.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use image::error::{DecodingError, LimitError, LimitErrorKind};
@@ -25,6 +25,9 @@ pub(super) type Png = Reader<BufReader<Chunks>>;
 const LIGHT: &str = "its metadata takes more than 8 MiB and is ignored: colours are taken for sRGB, and the picture \
     for upright";
 
+/// What is said of a PNG whose cICP the decoder takes for an error of reading: that of Y'CbCr, for one.
+const NO_CODE_POINTS: &str = "its code points of colours (cICP) are broken and are ignored";
+
 /// Opens the PNG in `path`, whose animation has at most `frames` frames; all before its first picture is
 /// read. Samples come as 8 or 16 bits, palettes as colours. Metadata that takes too much memory is left out, which is
 /// said.
@@ -36,16 +39,24 @@ pub(super) fn open(path: &Path, frames: u64) -> Result<(Png, Option<&'static str
         let e = fault(e);
         found(Error::input(path, broken(&e, "png")), &e)
     };
-    match opened(detect::open(path)?, frames, false) {
-        Err(png::DecodingError::LimitsExceeded) => {}
+    let (without, what) = match opened(detect::open(path)?, frames, None) {
+        Err(png::DecodingError::LimitsExceeded) => (b"eXIf", LIGHT),
+        Err(png::DecodingError::IoError(e)) if e.kind() == ErrorKind::InvalidData => {
+            (b"cICP", NO_CODE_POINTS)
+        }
         read => return read.map(|png| (png, None)).map_err(failed),
-    }
-    opened(detect::open(path)?, frames, true).map(|png| (png, Some(LIGHT))).map_err(failed)
+    };
+    let opened = opened(detect::open(path)?, frames, Some(without));
+    opened.map(|png| (png, Some(what))).map_err(failed)
 }
 
-fn opened(file: File, frames: u64, light: bool) -> std::result::Result<Png, png::DecodingError> {
-    let mut decoder = Decoder::new(BufReader::new(Chunks { file, light, state: State::Start }));
-    decoder.set_ignore_iccp_chunk(light);
+fn opened(
+    file: File,
+    frames: u64,
+    without: Option<&'static [u8; 4]>,
+) -> std::result::Result<Png, png::DecodingError> {
+    let mut decoder = Decoder::new(BufReader::new(Chunks { file, without, state: State::Start }));
+    decoder.set_ignore_iccp_chunk(without == Some(b"eXIf"));
     decoder.set_transformations(Transformations::EXPAND);
     decoder.set_ignore_text_chunk(true);
     let width = decoder.read_header_info()?.width;
@@ -56,11 +67,33 @@ fn opened(file: File, frames: u64, light: bool) -> std::result::Result<Png, png:
     decoder.read_info()
 }
 
-/// A PNG's bytes, without EXIF data if it is to be `light`.
+/// The EXIF data of the PNG in `path` that comes after its picture, as some programs write it; none if it takes too
+/// much memory. Damage is left to the decoder.
+///
+/// # Errors
+/// When the file cannot be opened.
+pub(super) fn late_exif(path: &Path) -> Result<Option<Vec<u8>>> {
+    let mut file = BufReader::new(detect::open(path)?);
+    let mut find = || -> io::Result<Option<Vec<u8>>> {
+        file.seek_relative(8)?;
+        let mut header = [0; 8];
+        while fill(&mut file, &mut header)? && &header[4..] != b"IEND" {
+            if &header[4..] == b"eXIf" && u64::from(length(header)) <= METADATA {
+                let mut exif = vec![0; length(header) as usize];
+                return Ok(fill(&mut file, &mut exif)?.then_some(exif));
+            }
+            file.seek_relative(i64::from(length(header)) + 4)?;
+        }
+        Ok(None)
+    };
+    Ok(find().unwrap_or(None))
+}
+
+/// A PNG's bytes, without the chunks of a kind.
 #[derive(Debug)]
 pub(super) struct Chunks {
     file: File,
-    light: bool,
+    without: Option<&'static [u8; 4]>,
     state: State,
 }
 
@@ -79,9 +112,7 @@ enum State {
 
 impl Read for Chunks {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if !self.light {
-            return self.file.read(buffer);
-        }
+        let Some(without) = self.without else { return self.file.read(buffer) };
         loop {
             match self.state {
                 State::Given(header, from) => {
@@ -104,7 +135,7 @@ impl Read for Chunks {
                     if !fill(&mut self.file, &mut header)? {
                         return Ok(0);
                     }
-                    if matches!(self.state, State::Header) && &header[4..] == b"eXIf" {
+                    if matches!(self.state, State::Header) && header[4..] == *without {
                         self.file.seek(SeekFrom::Current(i64::from(length(header)) + 4))?;
                     } else {
                         self.state = State::Given(header, 0);

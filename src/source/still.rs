@@ -1,5 +1,6 @@
 //! Reads one picture from one file: PNG, JPEG, WebP, BMP, TIFF, PNM. Converts it to sRGB and turns it upright.
 
+use std::fmt::Display;
 use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
 
@@ -10,7 +11,8 @@ use super::convert::{decode_image, decode_png, decoded, is_deep};
 use super::jpeg::Jpeg;
 use super::limit::{Limit, METADATA};
 use super::profile::{ColourSpace, DeepToSrgb, ToSrgb};
-use super::tiff::{Extra, FewBits, Tags};
+use super::tiff::{Extra, Tags};
+use super::tiff_samples::Samples;
 use super::{SourceOptions, detect, fence, jpeg_fallback, png, tiff, webp};
 use crate::error::{Error, Result, copied};
 use crate::frame::{Frame, Rgba, check_size};
@@ -134,14 +136,22 @@ pub(crate) fn broken(error: &ImageError, name: &str) -> String {
     match error {
         _ if is_cut_short(error) => cut_short(&name, "the data is incomplete"),
         ImageError::IoError(e) => format!("cannot be read: {e}"),
-        ImageError::Unsupported(e) => {
-            format!("this kind of {name} is not supported ({e}); save it as 8-bit PNG first")
+        ImageError::Unsupported(e) => not_supported(&name, e),
+        // Some decoders say so of what they do not know: arithmetic coding, three samples for one.
+        ImageError::Decoding(e)
+            if ["not supported", "cannot decode"].iter().any(|w| e.to_string().contains(w)) =>
+        {
+            not_supported(&name, e)
         }
         ImageError::Limits(_) => {
             format!("decoding this {name} would take too much memory; make it smaller first")
         }
         e => format!("the {name} is broken ({e}); get another copy"),
     }
+}
+
+fn not_supported(name: &str, what: &dyn Display) -> String {
+    format!("this kind of {name} is not supported ({what}); save it as 8-bit PNG first")
 }
 
 /// The error `what` about an input, with its cause: the decoder found that its data ends too early or is broken,
@@ -202,7 +212,7 @@ enum Pixels<'a> {
     Png(Box<png::Png>),
     Image(Box<dyn ImageDecoder + 'a>),
     Jpeg(Vec<u8>),
-    FewBits(FewBits),
+    Samples(Samples),
 }
 
 impl Opened<'_> {
@@ -251,7 +261,7 @@ impl Opened<'_> {
                 if copies { bytes } else { 2 * bytes }
             }
             Pixels::Jpeg(_) => 6,
-            Pixels::FewBits(_) => 2,
+            Pixels::Samples(samples) => samples.bytes_per_pixel(),
         }
     }
 
@@ -269,7 +279,7 @@ impl Opened<'_> {
                 decode_image(path, decoder, format, to_srgb)?
             }
             Pixels::Jpeg(bytes) => decoded(jpeg_fallback::decode(&bytes)),
-            Pixels::FewBits(few_bits) => decoded(few_bits.decode()),
+            Pixels::Samples(samples) => decoded(samples.decode()),
         };
         let cut = match read {
             Ok(()) => None,
@@ -333,7 +343,13 @@ impl Facts {
 
 fn open_png<'a>(path: &Path) -> Result<Opened<'a>> {
     let (decoder, left_out) = png::open(path, 1)?;
-    let exif = decoder.info().exif_metadata.as_deref().and_then(Orientation::from_exif_chunk);
+    let early = decoder.info().exif_metadata.as_deref().map(<[u8]>::to_vec);
+    let exif = match early {
+        Some(exif) => Some(exif),
+        None if left_out.is_some() => None,
+        None => png::late_exif(path)?,
+    };
+    let exif = exif.as_deref().and_then(Orientation::from_exif_chunk);
     let facts = Facts {
         size: png::size(&decoder),
         alpha: png::has_alpha(&decoder),
@@ -347,13 +363,15 @@ fn open_png<'a>(path: &Path) -> Result<Opened<'a>> {
 }
 
 fn open_jpeg<'a>(path: &Path, limit: Limit, header: bool) -> Result<Opened<'a>> {
-    let Jpeg { bytes, complete, split_scans, .. } = Jpeg::read(path, header, limit)?;
-    let copy = if split_scans { bytes.clone() } else { Vec::new() };
+    let Jpeg { bytes, complete, split_scans, is_luma_coarser, .. } =
+        Jpeg::read(path, header, limit)?;
+    let is_decoded_here = split_scans || is_luma_coarser;
+    let copy = if is_decoded_here { bytes.clone() } else { Vec::new() };
     let decoder = decoder(path, Cursor::new(bytes), ImageFormat::Jpeg, limit)?;
     let mut opened = Opened::new(decoder, ImageFormat::Jpeg);
     // The decoder fills missing parts with gray, without an error.
     opened.missing = (!complete).then_some("its end marker is missing");
-    if split_scans && !opened.facts.gray {
+    if is_decoded_here && !opened.facts.gray {
         opened.pixels = Pixels::Jpeg(copy);
     }
     Ok(opened)
@@ -361,14 +379,22 @@ fn open_jpeg<'a>(path: &Path, limit: Limit, header: bool) -> Result<Opened<'a>> 
 
 fn open_tiff<'a>(path: &Path, limit: Limit, header: bool) -> Result<Opened<'a>> {
     let file = || detect::open(path).map(BufReader::new);
-    let Tags { extra, space, gray, orientation, few_bits } =
-        tiff::read(file()?, limit).map_err(|what| Error::input(path, what))?;
+    let Tags { extra, space, gray, orientation, samples } =
+        tiff::read(file()?, file()?, limit).map_err(|what| Error::input(path, what))?;
     let left_out = (header && tiff::has_pages(file()?))
         .then_some("it has several pages, of which the first is read");
-    if let Some(few_bits) = few_bits {
+    if let Some(samples) = samples {
         let orientation = Orientation::from_exif(orientation).unwrap_or(Orientation::NoTransforms);
-        let facts = Facts { size: few_bits.size(), alpha: false, orientation, space, gray, extra };
-        let pixels = Pixels::FewBits(few_bits);
+        let has_extra = samples.has_extra();
+        let facts = Facts {
+            size: samples.size(),
+            alpha: has_extra && extra != Extra::Other,
+            orientation,
+            space,
+            gray,
+            extra: if has_extra { extra } else { Extra::Alpha },
+        };
+        let pixels = Pixels::Samples(samples);
         return Ok(Opened { format: ImageFormat::Tiff, facts, pixels, missing: None, left_out });
     }
     let mut opened =

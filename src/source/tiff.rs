@@ -2,15 +2,13 @@
 
 use std::io::{BufRead, Seek};
 
-use image::error::{DecodingError, LimitError, LimitErrorKind};
-use image::{ImageError, ImageFormat};
-use tiff::decoder::{Decoder, DecodingResult};
+use tiff::decoder::{ChunkType, Decoder, Limits};
 use tiff::tags::Tag;
-use tiff::{ColorType, TiffError, TiffResult};
+use tiff::{ColorType, TiffError};
 
 use super::limit::{Limit, METADATA};
 use super::profile::{ColourSpace, Primaries};
-use crate::frame::Rgba;
+use super::tiff_samples::{Meaning, Samples, Stored};
 use crate::geom::Size;
 
 /// The meaning of a TIFF's tags.
@@ -24,57 +22,8 @@ pub(super) struct Tags {
     pub(super) gray: bool,
     /// The orientation of the picture (tag Orientation).
     pub(super) orientation: u8,
-    /// A gray picture of few bits, which is decoded here.
-    pub(super) few_bits: Option<FewBits>,
-}
-
-/// A gray picture of 2 or 4 bits, which the `image` crate does not read.
-pub(super) struct FewBits {
-    decode: Box<dyn FnOnce() -> TiffResult<DecodingResult>>,
-    size: Size,
-    bits: u8,
-}
-
-impl FewBits {
-    /// Width and height as stored.
-    pub(super) fn size(&self) -> Size {
-        self.size
-    }
-
-    /// Decodes the picture.
-    ///
-    /// # Errors
-    /// When it is broken or ends too early.
-    pub(super) fn decode(self) -> Result<Vec<Rgba>, ImageError> {
-        let DecodingResult::U8(bytes) = (self.decode)().map_err(fault)? else {
-            return Err(fault(TiffError::LimitsExceeded));
-        };
-        let (width, bits) = (self.size.width as usize, usize::from(self.bits));
-        let mask = (1usize << bits) - 1;
-        let mut pixels = Vec::with_capacity(self.size.pixels());
-        for row in bytes.chunks((width * bits).div_ceil(8)).take(self.size.height as usize) {
-            pixels.extend((0..width).map(|x| {
-                // Rows are packed from the highest bit.
-                let byte = row.get(x * bits / 8).copied().unwrap_or(0);
-                let value = usize::from(byte) >> (8 - bits - x * bits % 8) & mask;
-                let gray = (value * 255 / mask) as u8;
-                [gray, gray, gray, 255]
-            }));
-        }
-        pixels.resize(self.size.pixels(), [0, 0, 0, 255]);
-        Ok(pixels)
-    }
-}
-
-/// A fault of the decoder as one of the `image` crate, for its words.
-fn fault(error: TiffError) -> ImageError {
-    match error {
-        TiffError::IoError(e) => ImageError::IoError(e),
-        TiffError::LimitsExceeded => {
-            ImageError::Limits(LimitError::from_kind(LimitErrorKind::InsufficientMemory))
-        }
-        e => ImageError::Decoding(DecodingError::new(ImageFormat::Tiff.into(), e)),
-    }
+    /// The picture, if the `image` crate does not read it rightly.
+    pub(super) samples: Option<Samples>,
 }
 
 /// The meaning of a sample beyond the colours.
@@ -96,26 +45,34 @@ const TRANSFER_FUNCTION: u16 = 301;
 const WHITE_POINT: u16 = 318;
 const PRIMARY_CHROMATICITIES: u16 = 319;
 const INK_SET: u16 = 332;
+const YCBCR_COEFFICIENTS: u16 = 529;
 const REFERENCE_BLACK_WHITE: u16 = 532;
 
-/// Reads the tags of the first picture of the TIFF in `reader`.
+/// Reads the tags of the first picture of the TIFF in `reader`. `again` reads the same file.
 ///
 /// # Errors
 /// The message for an unsupported tag. Broken files are left to the decoder.
-pub(super) fn read<R: BufRead + Seek + 'static>(reader: R, limit: Limit) -> Result<Tags, String> {
-    let mut limits = tiff::decoder::Limits::default();
+pub(super) fn read<R: BufRead + Seek + 'static>(
+    reader: R,
+    again: R,
+    limit: Limit,
+) -> Result<Tags, String> {
+    let mut limits = Limits::default();
     limits.ifd_value_size = METADATA as usize;
     limits.decoding_buffer_size = usize::try_from(limit.0).unwrap_or(usize::MAX);
     let Ok(decoder) = Decoder::new(reader) else { return Ok(Tags::default()) };
-    let mut file = File(decoder.with_limits(limits));
+    let mut file = File(decoder.with_limits(limits.clone()));
     file.refuse()?;
+    let stored = file.stored();
     let colour = file.0.colortype().ok();
-    let gray = matches!(colour, Some(ColorType::Gray(_) | ColorType::GrayA(_)));
+    let gray = matches!(colour, Some(ColorType::Gray(_) | ColorType::GrayA(_)))
+        || stored.as_ref().is_some_and(|s| matches!(s.meaning, Meaning::Gray { .. }));
     let cmyk = matches!(colour, Some(ColorType::CMYK(_) | ColorType::CMYKA(_)));
     let space = if cmyk { None } else { file.colour_space() };
     let (extra, orientation) =
         (file.extra(), file.number(Tag::Orientation).unwrap_or(1).min(255) as u8);
-    Ok(Tags { extra, space, gray, orientation, few_bits: file.few_bits(colour) })
+    let samples = stored.and_then(|stored| Samples::new(again, stored, limits));
+    Ok(Tags { extra, space, gray, orientation, samples })
 }
 
 /// Whether the TIFF that `reader` reads has another page, which is no smaller copy of the first.
@@ -173,6 +130,17 @@ impl<R: BufRead + Seek> File<R> {
         if photometric == Some(2) && !range.is_empty() && range.chunks(2).any(|pair| pair != full) {
             return refuse("its black and white are not 0 and 255, ReferenceBlackWhite");
         }
+        let jpeg = [0.0, 255.0, 128.0, 255.0, 128.0, 255.0];
+        if photometric == Some(6) && !range.is_empty() && range != jpeg {
+            return refuse("its black and white are not JPEG's, ReferenceBlackWhite");
+        }
+        let luma = self.fractions(YCBCR_COEFFICIENTS);
+        let usual = |luma: &[f32]| {
+            luma.iter().zip([0.299, 0.587, 0.114]).all(|(a, b): (_, f32)| (a - b).abs() < 0.002)
+        };
+        if photometric == Some(6) && !usual(&luma) {
+            return refuse("its luma is not that of BT.601, YCbCrCoefficients");
+        }
         Ok(())
     }
 
@@ -214,16 +182,77 @@ impl<R: BufRead + Seek> File<R> {
         [white, primaries.red, primaries.green].iter().all(possible).then_some(primaries)
     }
 
-    /// The picture, if it is gray with few bits.
-    fn few_bits(mut self, colour: Option<ColorType>) -> Option<FewBits>
-    where
-        R: 'static,
-    {
-        let Some(ColorType::Gray(bits @ (2 | 4))) = colour else { return None };
+    /// How the samples are stored, if the `image` crate refuses them or reads them wrongly.
+    fn stored(&mut self) -> Option<Stored> {
         let (width, height) = self.0.dimensions().ok()?;
-        let mut decoder = self.0;
-        let decode = Box::new(move || decoder.read_image());
-        Some(FewBits { decode, size: Size::new(width, height), bits })
+        let bits = self.numbers(Tag::BitsPerSample);
+        let bits = if bits.is_empty() { vec![1] } else { bits };
+        let &bits_of_one = bits.first()?;
+        if bits.iter().any(|&b| b != bits_of_one) {
+            return None;
+        }
+        let channels = self.number(Tag::SamplesPerPixel).unwrap_or(1);
+        let planar = channels > 1 && self.number(Tag::PlanarConfiguration) == Some(2);
+        let tile = (self.0.get_chunk_type() == ChunkType::Tile).then(|| {
+            let (width, height) = self.0.chunk_dimensions();
+            Size::new(width, height)
+        });
+        let lzw = self.number(Tag::Compression) == Some(5);
+        let odd_tiles = tile.is_some() && (planar || lzw);
+        let meaning = self.meaning(bits_of_one, channels, planar, odd_tiles)?;
+        let formats = self.numbers(Tag::SampleFormat);
+        let is_whole = formats.iter().all(|&format| format == 1);
+        let is_float = bits_of_one == 32 && formats.iter().all(|&format| format == 3);
+        if !(is_whole || is_float && odd_tiles && meaning == Meaning::Colour) {
+            return None;
+        }
+        Some(Stored {
+            size: Size::new(width, height),
+            meaning,
+            channels: usize::try_from(channels).ok()?,
+            bits: bits_of_one as u8,
+            planar,
+            tile,
+        })
+    }
+
+    /// What samples mean that the `image` crate refuses or reads wrongly: those in `odd_tiles`, for one.
+    fn meaning(
+        &mut self,
+        bits: u64,
+        channels: u64,
+        planar: bool,
+        odd_tiles: bool,
+    ) -> Option<Meaning> {
+        let odd_gray = channels > 1 || odd_tiles || matches!(bits, 2 | 4 | 32);
+        let jpeg = self.number(Tag::Compression) == Some(7);
+        match (self.number(Tag::PhotometricInterpretation)?, bits) {
+            // The decoder of JPEG knows no two components.
+            (0 | 1, _) if jpeg && channels > 1 && !planar => None,
+            (kind @ (0 | 1), 1 | 2 | 4 | 8 | 16 | 32) if odd_gray => {
+                Some(Meaning::Gray { is_inverted: kind == 0 })
+            }
+            (2, 8 | 16 | 32) if (3..=5).contains(&channels) && (odd_tiles || bits == 32) => {
+                Some(Meaning::Colour)
+            }
+            (3, 1 | 2 | 4 | 8) => Some(Meaning::Palette(self.palette(1 << bits)?)),
+            (5, 8 | 16) if channels == 4 && (planar || odd_tiles) => Some(Meaning::Cmyk),
+            // Of other compressions chroma may be subsampled.
+            (6, 8) if jpeg && channels == 3 && !planar => Some(Meaning::YCbCr),
+            _ => None,
+        }
+    }
+
+    /// The colours of the palette.
+    fn palette(&mut self, count: usize) -> Option<Vec<[u8; 3]>> {
+        let values = self.numbers(Tag::ColorMap);
+        if values.len() < 3 * count {
+            return None;
+        }
+        // Some old files have values of 8 bits, as libtiff knows.
+        let most = if values.iter().all(|&v| v < 256) { 255 } else { 65535 };
+        let value = |i: usize| ((values[i].min(most) * 255 + most / 2) / most) as u8;
+        Some((0..count).map(|i| [i, count + i, 2 * count + i].map(value)).collect())
     }
 }
 

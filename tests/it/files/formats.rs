@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use polyreel::frame::Rgba;
+use polyreel::frame::{Frame, Rgba};
 use polyreel::geom::Size;
 use polyreel::source::SourceOptions;
 
@@ -131,12 +131,42 @@ fn what_is_disposed_of_in_a_webp_goes_before_an_opaque_frame_too() {
 fn a_jpeg_of_one_scan_a_component_has_its_colours() {
     let folder = folder();
     let file = name(&folder, "a.jpg");
-    // Red over blue, 16x16 pixels, chroma halved both ways (by libjpeg-turbo).
+    // Chroma is halved both ways (by libjpeg-turbo).
     fs::write(&file, include_bytes!("data/split-scans.jpg")).expect("written");
-    let frame = read_one(&file);
+    check_red_over_blue(&read_one(&file));
+}
+
+#[test]
+fn a_jpeg_of_luma_that_is_coarser_than_chroma_has_its_colours() {
+    let folder = folder();
+    let file = name(&folder, "a.jpg");
+    // Luma is halved both ways (by libjpeg-turbo).
+    fs::write(&file, include_bytes!("data/coarse-luma.jpg")).expect("written");
+    check_red_over_blue(&read_one(&file));
+}
+
+/// 16x16 pixels.
+fn check_red_over_blue(frame: &Frame) {
     let near = |a: Rgba, b: Rgba| a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 12);
     assert!(near(frame.at(8, 1), [210, 50, 40, 255]), "{:?}", frame.at(8, 1));
     assert!(near(frame.at(8, 14), [40, 70, 200, 255]), "{:?}", frame.at(8, 14));
+}
+
+#[test]
+fn exif_data_after_the_picture_of_a_png_turns_it_and_broken_code_points_are_ignored() {
+    let folder = folder();
+    let file = name(&folder, "a.png");
+    let header = [0, 0, 0, 2, 0, 0, 0, 1, 8, 2, 0, 0, 0];
+    let pixels = stored(&[0, 1, 2, 3, 4, 5, 6]);
+    let exif = b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
+    fs::write(&file, png(&[(b"IHDR", &header), (b"IDAT", &pixels), (b"eXIf", exif)]))
+        .expect("written");
+    assert_eq!(read_one(&file).size(), Size::new(1, 2));
+    // A matrix, which PNG has none of.
+    let cicp = [12, 13, 1, 1];
+    fs::write(&file, png(&[(b"IHDR", &header), (b"cICP", &cicp), (b"IDAT", &pixels)]))
+        .expect("written");
+    assert_eq!(read_one(&file).pixels(), [[1, 2, 3, 255], [4, 5, 6, 255]]);
 }
 
 #[test]
@@ -159,14 +189,23 @@ fn gamma_and_primaries_of_a_png_become_those_of_srgb() {
     assert!(r.abs_diff(239) <= 2 && g.abs_diff(35) <= 2 && b.abs_diff(17) <= 2, "{r} {g} {b}");
 }
 
-/// A little-endian TIFF of one strip (or one a plane) with short tags.
+/// A little-endian TIFF of one strip (or one a plane), or of tiles, with short tags.
 fn tiff(size: (u16, u16), tags: &[(u16, &[u16])], planes: &[&[u8]]) -> Vec<u8> {
     let mut tags: Vec<(u16, Vec<u16>)> = tags.iter().map(|&(t, v)| (t, v.to_vec())).collect();
-    tags.extend([(256, vec![size.0]), (257, vec![size.1]), (259, vec![1]), (278, vec![size.1])]);
+    tags.extend([(256, vec![size.0]), (257, vec![size.1])]);
+    let has = |tags: &[(u16, Vec<u16>)], tag| tags.iter().any(|&(t, _)| t == tag);
+    if !has(&tags, 259) {
+        tags.push((259, vec![1]));
+    }
+    let is_tiled = has(&tags, 322);
+    if !is_tiled {
+        tags.push((278, vec![size.1]));
+    }
+    let (places, lengths) = if is_tiled { (324, 325) } else { (273, 279) };
     let data: Vec<u8> = planes.concat();
     let begins = |i: usize| 8 + planes[..i].iter().map(|p| p.len()).sum::<usize>() as u16;
-    tags.push((273, (0..planes.len()).map(begins).collect()));
-    tags.push((279, planes.iter().map(|p| p.len() as u16).collect()));
+    tags.push((places, (0..planes.len()).map(begins).collect()));
+    tags.push((lengths, planes.iter().map(|p| p.len() as u16).collect()));
     tags.sort();
     let directory = (8 + data.len()).next_multiple_of(2);
     let mut bytes = [b"II*\0".as_slice(), &(directory as u32).to_le_bytes(), &data].concat();
@@ -215,6 +254,84 @@ fn planes_and_few_bits_of_a_tiff_are_read() {
     assert_eq!(read_tiff((2, 1), &rgb, &planes), [[1, 2, 3, 255], [4, 5, 6, 255]]);
     let gray: [(u16, &[u16]); 3] = [(258, &[2]), (262, &[0]), (277, &[1])];
     assert_eq!(read_tiff((2, 1), &gray, &[&[0b0010_0000]]), [[255; 4], [85, 85, 85, 255]]);
+}
+
+#[test]
+fn gray_with_alpha_and_palettes_of_a_tiff_are_read() {
+    let gray: [(u16, &[u16]); 4] = [(258, &[8; 2]), (262, &[1]), (277, &[2]), (338, &[2])];
+    let expected = [[9, 9, 9, 200], [7, 7, 7, 0]];
+    assert_eq!(read_tiff((2, 1), &gray, &[&[9, 200, 7, 0]]), expected);
+    let white_is_zero: [(u16, &[u16]); 4] = [(258, &[8; 2]), (262, &[0]), (277, &[2]), (338, &[2])];
+    assert_eq!(read_tiff((1, 1), &white_is_zero, &[&[55, 128]]), [[200, 200, 200, 128]]);
+    // Two bits: red, green, blue of four entries, of 16 bits each.
+    let full = 65535;
+    let map = [0, full, 0, 0, 0, 0, full, 0, 0x8080, 0, 0, full];
+    let palette: [(u16, &[u16]); 4] = [(258, &[2]), (262, &[3]), (277, &[1]), (320, &map)];
+    assert_eq!(
+        read_tiff((3, 2), &palette, &[&[0b0001_1000, 0b1101_0000]]),
+        [
+            [0, 0, 128, 255],
+            [255, 0, 0, 255],
+            [0, 255, 0, 255],
+            [0, 0, 255, 255],
+            [255, 0, 0, 255],
+            [0, 0, 128, 255],
+        ]
+    );
+}
+
+#[test]
+fn whole_numbers_of_32_bits_of_a_tiff_are_no_fractions() {
+    let rgb: [(u16, &[u16]); 3] = [(258, &[32; 3]), (262, &[2]), (277, &[3])];
+    let samples = [0x1111_1111u32, 0x8000_0000, 0xffff_ffff].map(u32::to_le_bytes);
+    assert_eq!(read_tiff((1, 1), &rgb, &[samples.as_flattened()]), [[17, 128, 255, 255]]);
+}
+
+/// A run of 256 equal bytes by LZW: codes of 9 bits, from the highest bit, each for one byte more than the last.
+fn lzw_run(byte: u8) -> Vec<u8> {
+    let mut codes = vec![256, u16::from(byte)];
+    codes.extend(258..279);
+    // Another three bytes.
+    codes.extend([259, 257]);
+    let bits = codes.iter().flat_map(|code| (0..9).rev().map(move |bit| (code >> bit & 1) as u8));
+    let bits: Vec<u8> = bits.collect();
+    bits.chunks(8).map(|bits| (0..8).fold(0, |b, i| b << 1 | bits.get(i).unwrap_or(&0))).collect()
+}
+
+#[test]
+fn tiles_of_a_tiff_that_reach_over_its_border_are_read() {
+    // Two tiles of 16x16, of which the second shows four columns.
+    let tiles = [lzw_run(70), lzw_run(90)];
+    let tags: [(u16, &[u16]); 6] =
+        [(258, &[8]), (259, &[5]), (262, &[1]), (277, &[1]), (322, &[16]), (323, &[16])];
+    let pixels = read_tiff((20, 3), &tags, &[&tiles[0], &tiles[1]]);
+    for row in pixels.chunks(20) {
+        assert!(row[..16].iter().all(|&p| p == [70, 70, 70, 255]), "{row:?}");
+        assert!(row[16..].iter().all(|&p| p == [90, 90, 90, 255]), "{row:?}");
+    }
+    // Planes of one tile each.
+    let planes = [[10; 256], [20; 256], [30; 256]];
+    let tags: [(u16, &[u16]); 6] =
+        [(258, &[8; 3]), (262, &[2]), (277, &[3]), (284, &[2]), (322, &[16]), (323, &[16])];
+    let pixels = read_tiff((3, 2), &tags, &planes.each_ref().map(|p| p.as_slice()));
+    assert_eq!(pixels, [[10, 20, 30, 255]; 6]);
+}
+
+#[test]
+fn big_tiffs_are_read() {
+    let entry = |tag: u16, value: u16| {
+        [&tag.to_le_bytes()[..], &[3, 0], &1u64.to_le_bytes(), &u64::from(value).to_le_bytes()]
+            .concat()
+    };
+    let tags = [(256, 1), (257, 1), (258, 8), (259, 1), (262, 1), (273, 16), (277, 1), (279, 1)];
+    let entries: Vec<u8> = tags.iter().flat_map(|&(tag, value)| entry(tag, value)).collect();
+    let count = (tags.len() as u64).to_le_bytes();
+    let head = [b"II+\0\x08\0\0\0".as_slice(), &24u64.to_le_bytes()].concat();
+    let folder = folder();
+    let file = name(&folder, "a.tif");
+    let bytes = [head.as_slice(), &[77, 0, 0, 0, 0, 0, 0, 0], &count, &entries, &[0; 8]].concat();
+    fs::write(&file, bytes).expect("written");
+    assert_eq!(read_one(&file).at(0, 0), [77, 77, 77, 255]);
 }
 
 #[test]
