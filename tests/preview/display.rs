@@ -138,6 +138,12 @@ impl Display {
         sent.expect("XTEST").check().expect("the event is made");
     }
 
+    /// The size of the screen in pixels.
+    pub(crate) fn size(&self) -> (usize, usize) {
+        let place = self.x.get_geometry(self.root).expect("X").reply().expect("a screen");
+        (place.width.into(), place.height.into())
+    }
+
     /// In the corner of the screen, so that all of it can be seen.
     pub(crate) fn resize(&self, window: Window, width: u32, height: u32) {
         let size = ConfigureWindowAux::new().x(0).y(0).width(width).height(height);

@@ -20,6 +20,7 @@ const TRACK: u32 = 0x3a_3a40;
 
 const LEFT: u32 = 0xff51;
 const ESCAPE: u32 = 0xff1b;
+const F11: u32 = 0xffc8;
 
 /// There is one keyboard: one test at a time.
 fn alone() -> MutexGuard<'static, ()> {
@@ -248,6 +249,26 @@ fn a_resized_window_keeps_the_proportion() {
     }
     display.close(window);
     assert_eq!(running.end(), 0);
+}
+
+#[test]
+fn the_window_fills_the_screen_and_escape_ends_that() {
+    let Some(display) = Display::open() else { return };
+    let _alone = alone();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (running, window) = preview_disc(&display, folder.path(), 5, &[]);
+    let size = |shot: &Shot| (shot.width, shot.height);
+    let before = size(&display.shot(window).expect("a picture"));
+    for key in [F11, 'f'.into()] {
+        display.press(key);
+        display.shot_where(window, "it fills the screen", |shot| {
+            size(shot) == display.size() && is_lit(shot)
+        });
+        display.press(ESCAPE);
+        display.shot_where(window, "it is as before", |shot| size(shot) == before && is_lit(shot));
+    }
+    display.press(ESCAPE);
+    assert_eq!(running.end(), 0, "Esc quits");
 }
 
 #[test]

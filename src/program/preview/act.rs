@@ -12,7 +12,7 @@ use crate::program::record;
 
 use super::change::changed;
 use super::export::Export;
-use super::keys::{Action, Look, Recall, Way, action};
+use super::keys::{Action, ESCAPE, Look, Recall, Stroke, Way, action};
 use super::name::{free, moment};
 use super::scene::slid;
 use super::session::{Grip, Session, effective};
@@ -30,6 +30,9 @@ impl Session {
             return ControlFlow::Continue(());
         }
         self.view.stale = true;
+        // As in other windows, Esc ends the full screen first.
+        let ends_full_screen = press.stroke == Stroke::Char(ESCAPE) && self.window.is_full_screen();
+        let action = if ends_full_screen { Action::FullScreen } else { action };
         if action == Action::Quit {
             return ControlFlow::Break(());
         }
@@ -52,6 +55,7 @@ impl Session {
             Action::Figures => self.view.figures = !self.view.figures,
             Action::Bar => self.view.is_bar_hidden = !self.view.is_bar_hidden,
             Action::Fit => self.view.lens = Default::default(),
+            Action::FullScreen => self.window.toggle_full_screen()?,
             Action::Quit => {}
             Action::Pause | Action::Step | Action::Seek(_) | Action::Record => self.play(action)?,
             Action::Export => self.export()?,

@@ -1,5 +1,8 @@
 //! The meaning of keys. Keys are known by the characters that they type, so that all keyboard layouts have them.
 
+/// The character of the key Esc.
+pub(super) const ESCAPE: char = '\u{1b}';
+
 /// A key that was pressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stroke {
@@ -9,6 +12,8 @@ pub(super) enum Stroke {
     Left,
     /// The arrow to the right.
     Right,
+    /// The eleventh function key.
+    F11,
 }
 
 /// Less or more of something, back or on.
@@ -38,6 +43,8 @@ pub(super) enum Action {
     Figures,
     /// Shows or hides the bar below the picture.
     Bar,
+    /// Fills the screen with the window, or ends that.
+    FullScreen,
     /// Shows the whole picture again.
     Fit,
     /// A change of an option.
@@ -104,6 +111,7 @@ impl Action {
                 | Self::Overlay
                 | Self::Figures
                 | Self::Bar
+                | Self::FullScreen
                 | Self::Fit
         )
     }
@@ -114,6 +122,7 @@ pub(super) fn action(stroke: Stroke) -> Option<Action> {
     let key = match stroke {
         Stroke::Left => return Some(Action::Seek(Way::Down)),
         Stroke::Right => return Some(Action::Seek(Way::Up)),
+        Stroke::F11 => return Some(Action::FullScreen),
         Stroke::Char(key) => key,
     };
     // Shift turns more into less.
@@ -126,11 +135,12 @@ pub(super) fn action(stroke: Stroke) -> Option<Action> {
         'r' => Action::Record,
         'x' => Action::Export,
         'w' => Action::WritePreset,
-        'q' | '\u{1b}' => Action::Quit,
+        'q' | ESCAPE => Action::Quit,
         's' => Action::Split,
         'g' => Action::Overlay,
         't' => Action::Figures,
         'm' => Action::Bar,
+        'f' => Action::FullScreen,
         'z' => Action::Fit,
         'u' => Action::Recall(Recall::Undo),
         'a' => Action::Recall(Recall::Compare),
@@ -188,6 +198,7 @@ pub(super) const HELP: [&[(&str, &str)]; 2] = [
         ("g", "seeds and grid"),
         ("t", "times and counts"),
         ("m", "hide this bar"),
+        ("f F11", "full screen; Esc ends it"),
         ("h", "this help"),
         ("q Esc", "quit"),
     ],
@@ -206,7 +217,8 @@ mod tests {
                     "space" => Stroke::Char(' '),
                     "left" => Stroke::Left,
                     "right" => Stroke::Right,
-                    "Esc" => Stroke::Char('\u{1b}'),
+                    "Esc" => Stroke::Char(ESCAPE),
+                    "F11" => Stroke::F11,
                     "..." => continue,
                     key => Stroke::Char(key.chars().next().expect("a character")),
                 };

@@ -8,6 +8,7 @@ mod canvas;
 mod change;
 mod export;
 mod feed;
+mod full_screen;
 mod history;
 mod keys;
 mod lens;

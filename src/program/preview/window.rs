@@ -1,4 +1,4 @@
-//! The window itself: the only file that knows minifb.
+//! The window itself: this file and [full_screen] know minifb.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -7,6 +7,7 @@ use minifb::{InputCallback, Key, MouseButton, MouseMode, ScaleMode, WindowOption
 use polyreel::error::{Error, Result};
 
 use super::canvas::Canvas;
+use super::full_screen;
 use super::keys::Stroke;
 
 /// A pressed key, and whether it repeats because it is held down.
@@ -30,7 +31,17 @@ pub(super) struct Mouse {
 /// A window that shows a canvas. It belongs to the main thread.
 pub(super) struct Window {
     inner: minifb::Window,
-    presses: Rc<RefCell<Vec<Press>>>,
+    title: String,
+    keyboard: Rc<RefCell<Keyboard>>,
+    /// Its place before it filled the screen.
+    before: Option<Place>,
+}
+
+/// A place on the screen in pixels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    pub(super) at: (i32, i32),
+    pub(super) size: (usize, usize),
 }
 
 impl Window {
@@ -38,27 +49,45 @@ impl Window {
     ///
     /// # Errors
     /// When there is no display.
-    pub(super) fn open(title: &str, (width, height): (usize, usize)) -> Result<Self> {
-        let options = WindowOptions {
-            resize: true,
-            // The canvas is always of the window's size.
-            scale_mode: ScaleMode::UpperLeft,
-            ..WindowOptions::default()
-        };
+    pub(super) fn open(title: &str, size: (usize, usize)) -> Result<Self> {
         // A NUL byte would end the title.
         let title = title.replace('\0', "");
-        let mut inner = minifb::Window::new(&title, width, height, options).map_err(no_window)?;
-        // Without this minifb would sleep; we wait for pictures ourselves.
-        inner.set_target_fps(0);
-        let presses = Rc::default();
-        inner.set_input_callback(Box::new(Listener::new(&presses)));
-        Ok(Self { inner, presses })
+        let inner = open(&title, size, false)?;
+        let mut window = Self { inner, title, keyboard: Rc::default(), before: None };
+        window.listen();
+        Ok(window)
+    }
+
+    fn listen(&mut self) {
+        self.inner.set_input_callback(Box::new(Listener(self.keyboard.clone())));
     }
 
     /// Processes events, and returns the pressed keys in order.
     pub(super) fn poll(&mut self) -> Vec<Press> {
         self.inner.update();
-        self.presses.take()
+        std::mem::take(&mut self.keyboard.borrow_mut().presses)
+    }
+
+    /// Whether it fills the screen.
+    pub(super) fn is_full_screen(&self) -> bool {
+        self.before.is_some()
+    }
+
+    /// Fills the screen, or goes back to where it was.
+    ///
+    /// # Errors
+    /// When the system has no such thing.
+    pub(super) fn toggle_full_screen(&mut self) -> Result<()> {
+        match self.before {
+            Some(before) => {
+                full_screen::leave(&mut self.inner, &self.title, before)?;
+                self.before = None;
+            }
+            None => self.before = Some(full_screen::enter(&mut self.inner, &self.title)?),
+        }
+        // It may be another window now.
+        self.listen();
+        Ok(())
     }
 
     /// Whether it is open.
@@ -97,6 +126,28 @@ impl Window {
     }
 }
 
+/// A window of minifb.
+///
+/// # Errors
+/// When there is no display.
+pub(super) fn open(
+    title: &str,
+    (width, height): (usize, usize),
+    borderless: bool,
+) -> Result<minifb::Window> {
+    let options = WindowOptions {
+        borderless,
+        resize: true,
+        // The canvas is always of the window's size.
+        scale_mode: ScaleMode::UpperLeft,
+        ..WindowOptions::default()
+    };
+    let mut window = minifb::Window::new(title, width, height, options).map_err(no_window)?;
+    // Without this minifb would sleep; we wait for pictures ourselves.
+    window.set_target_fps(0);
+    Ok(window)
+}
+
 fn no_window(error: minifb::Error) -> Error {
     let what = error.to_string();
     let what = what.trim_end_matches('.');
@@ -109,33 +160,22 @@ fn no_window(error: minifb::Error) -> Error {
     )
 }
 
-/// Gets every key, also those that are released between two updates.
-struct Listener {
-    presses: Rc<RefCell<Vec<Press>>>,
+/// The keys that are down, and those pressed since the last poll.
+#[derive(Default)]
+struct Keyboard {
+    presses: Vec<Press>,
     down: Vec<Key>,
     /// The key that speaks was down already.
     again: bool,
 }
 
-impl Listener {
-    fn new(presses: &Rc<RefCell<Vec<Press>>>) -> Self {
-        Self { presses: presses.clone(), down: Vec::new(), again: false }
-    }
-
+impl Keyboard {
     fn press(&mut self, stroke: Stroke) {
         let again = std::mem::take(&mut self.again);
-        self.presses.borrow_mut().push(Press { stroke, again });
-    }
-}
-
-impl InputCallback for Listener {
-    fn add_char(&mut self, character: u32) {
-        if let Some(character) = char::from_u32(character) {
-            self.press(Stroke::Char(character));
-        }
+        self.presses.push(Press { stroke, again });
     }
 
-    fn set_key_state(&mut self, key: Key, down: bool) {
+    fn set(&mut self, key: Key, down: bool) {
         self.again = down && self.down.contains(&key);
         if !down {
             self.down.retain(|&other| other != key);
@@ -147,8 +187,24 @@ impl InputCallback for Listener {
         match key {
             Key::Left => self.press(Stroke::Left),
             Key::Right => self.press(Stroke::Right),
+            Key::F11 => self.press(Stroke::F11),
             _ => {}
         }
+    }
+}
+
+/// Gets every key, also those that are released between two updates.
+struct Listener(Rc<RefCell<Keyboard>>);
+
+impl InputCallback for Listener {
+    fn add_char(&mut self, character: u32) {
+        if let Some(character) = char::from_u32(character) {
+            self.0.borrow_mut().press(Stroke::Char(character));
+        }
+    }
+
+    fn set_key_state(&mut self, key: Key, down: bool) {
+        self.0.borrow_mut().set(key, down);
     }
 }
 
@@ -158,8 +214,8 @@ mod tests {
 
     #[test]
     fn a_key_that_is_held_says_so() {
-        let presses = Rc::default();
-        let mut listener = Listener::new(&presses);
+        let keyboard = Rc::<RefCell<Keyboard>>::default();
+        let mut listener = Listener(keyboard.clone());
         let mut say = |key, down, character: Option<char>| {
             listener.set_key_state(key, down);
             character.into_iter().for_each(|c| listener.add_char(c.into()));
@@ -171,6 +227,6 @@ mod tests {
         say(Key::H, true, Some('h'));
         let char = |again| Press { stroke: Stroke::Char('h'), again };
         let left = Press { stroke: Stroke::Left, again: false };
-        assert_eq!(presses.take(), [char(false), char(true), left, char(false)]);
+        assert_eq!(keyboard.borrow().presses, [char(false), char(true), left, char(false)]);
     }
 }
