@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender, bounded};
-use polyreel::{Controls, FrameReport, Life, Options, Size};
+use polyreel::{Controls, FrameReport, Life, Options, Rgba, Size};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator};
 
@@ -50,6 +50,8 @@ struct State {
     options: Options,
     /// Made at the first frame, with the size of the frames.
     renderer: Option<(polyreel::Renderer, Size)>,
+    /// Memory of the last frame, for the next one.
+    room: Vec<Rgba>,
 }
 
 /// How a frame came to be.
@@ -81,7 +83,7 @@ impl Stats {
 
 impl State {
     fn new(options: Options) -> Self {
-        Self { options, renderer: None }
+        Self { options, renderer: None, room: Vec::new() }
     }
 
     fn render(&mut self, frame: &polyreel::Frame, kind: Kind) -> polyreel::Result<(Packed, Stats)> {
@@ -138,11 +140,18 @@ impl Renderer {
     /// The next frame of the stream. One of another size begins a new stream.
     fn render<'py>(&self, frame: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let py = frame.py();
-        let (frame, kind) = picture::frame(frame, Vec::new())?;
         let mut state = self.take(py)?;
+        let (frame, kind) = match picture::frame(frame, std::mem::take(&mut state.room)) {
+            Ok(frame) => frame,
+            Err(error) => {
+                self.put(state);
+                return Err(error);
+            }
+        };
         let options = state.options.clone();
         let rendered = work(py, move || {
             let rendered = state.render(&frame, kind);
+            state.room = frame.into_pixels();
             (state, rendered)
         });
         match rendered {
