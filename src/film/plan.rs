@@ -238,7 +238,7 @@ impl Plan {
     /// The shots of `chunk`.
     pub fn shots_of(&self, chunk: &Chunk) -> &[Shot] {
         let (first, count) = chunk.shots;
-        self.shots.get(first..first + count).unwrap_or_default()
+        self.shots.get(first..first.saturating_add(count)).unwrap_or_default()
     }
 
     /// What decides the meshes of any part, as a hash: options, and how the film is read.
@@ -276,20 +276,21 @@ impl Plan {
 
     /// Whether shots and chunks follow each other without a gap.
     fn is_whole(&self) -> bool {
-        let mut first = 0;
-        let shots = self.shots.iter().all(|shot| {
-            let follows = shot.first == first && shot.frames > 0;
-            first = first.saturating_add(shot.frames);
-            follows
+        let shots = self.shots.iter().try_fold(0u64, |first, shot| {
+            (shot.first == first && shot.frames > 0).then(|| first.checked_add(shot.frames))?
         });
+        if shots != Some(self.frames) {
+            return false;
+        }
         let (mut frames, mut next) = (0, 0);
         let chunks = self.chunks.iter().enumerate().all(|(number, chunk)| {
             let sum: u64 = self.shots_of(chunk).iter().map(|shot| shot.frames).sum();
             let follows = chunk.chunk == number && chunk.shots.0 == next && chunk.first == frames;
-            (frames, next) = (frames + chunk.frames, next + chunk.shots.1);
+            next = next.saturating_add(chunk.shots.1);
+            frames = frames.saturating_add(chunk.frames);
             follows && sum == chunk.frames && sum > 0 && chunk.warm_up <= chunk.first
         });
-        shots && chunks && first == self.frames && frames == self.frames && frames > 0
+        chunks && frames == self.frames && frames > 0
     }
 
     /// The plan as JSON: a line a shot, a line a chunk.

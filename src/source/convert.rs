@@ -8,6 +8,7 @@ use super::deep;
 use super::png::{self, Rows};
 use super::profile::DeepToSrgb;
 use super::still::{title, word};
+use super::tiff::unpremultiply_deep;
 use crate::error::{Error, Result};
 use crate::frame::Rgba;
 use crate::geom::Size;
@@ -30,7 +31,7 @@ pub(super) fn decode_png<'a>(
 }
 
 /// Reads a picture with a decoder of the crate `image`, and returns how to convert it. After an error the part before
-/// it can be converted.
+/// it can be converted. Colours of 16 bits that are `premultiplied` are divided by alpha.
 ///
 /// # Errors
 /// When the picture does not fit into memory.
@@ -38,7 +39,7 @@ pub(super) fn decode_image<'a>(
     path: &'a Path,
     decoder: Box<dyn ImageDecoder + 'a>,
     format: ImageFormat,
-    to_srgb: Option<DeepToSrgb>,
+    (premultiplied, to_srgb): (bool, Option<DeepToSrgb>),
 ) -> Result<(Result<(), ImageError>, Convert<'a>)> {
     let colour = decoder.color_type();
     let bytes = usize::try_from(decoder.total_bytes())
@@ -51,7 +52,8 @@ pub(super) fn decode_image<'a>(
     let mut raw = vec![0; bytes];
     let read = decoder.read_image_boxed(&mut raw);
     if is_deep(colour) {
-        let convert = move || Ok(from_deep(&raw, colour.channel_count().into(), to_srgb.as_ref()));
+        let channels = colour.channel_count().into();
+        let convert = move || Ok(from_deep(&raw, channels, premultiplied, to_srgb.as_ref()));
         return Ok((read, Box::new(convert)));
     }
     Ok((read, Box::new(move || to_rgba(path, colour, &raw, format))))
@@ -73,11 +75,20 @@ pub(super) fn is_deep(colour: ColorType) -> bool {
 }
 
 /// Pixels of 16 bits a channel as 8-bit RGBA.
-fn from_deep(raw: &[u8], channels: usize, to_srgb: Option<&DeepToSrgb>) -> Vec<Rgba> {
+fn from_deep(
+    raw: &[u8],
+    channels: usize,
+    premultiplied: bool,
+    to_srgb: Option<&DeepToSrgb>,
+) -> Vec<Rgba> {
     let mut pixels = Vec::with_capacity(raw.len() / (2 * channels));
     for piece in raw.chunks(2 * channels * PIECE) {
         let values = piece.as_chunks().0.iter().map(|&bytes| u16::from_ne_bytes(bytes));
-        deep::push(&mut pixels, &values.collect::<Vec<u16>>(), channels, to_srgb);
+        let mut values: Vec<u16> = values.collect();
+        if premultiplied {
+            unpremultiply_deep(&mut values, channels);
+        }
+        deep::push(&mut pixels, &values, channels, to_srgb);
     }
     pixels
 }

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 use moxcms::{
     Chromaticity, CicpColorPrimaries, CicpProfile, ColorPrimaries, ColorProfile, DataColorSpace,
-    Layout, MatrixCoefficients, RenderingIntent, ToneReprCurve, TransferCharacteristics,
-    Transform8BitExecutor, Transform16BitExecutor, TransformOptions,
+    Layout, LutType, LutWarehouse, MatrixCoefficients, RenderingIntent, ToneReprCurve,
+    TransferCharacteristics, Transform8BitExecutor, Transform16BitExecutor, TransformOptions,
 };
 use rayon::prelude::*;
 
@@ -169,7 +169,7 @@ fn gray_table(transform: &Transform8BitExecutor) -> Option<Box<[u8; 256]>> {
 fn profile(space: &ColourSpace) -> Option<ColorProfile> {
     match space {
         ColourSpace::Icc(bytes) if bytes.len() as u64 > METADATA => None,
-        ColourSpace::Icc(bytes) => ColorProfile::new_from_slice(bytes).ok(),
+        ColourSpace::Icc(bytes) => icc(bytes),
         ColourSpace::Cicp { primaries, transfer } => from_code_points(*primaries, *transfer),
         ColourSpace::Gamma { gamma, primaries } => {
             let curve = gamma.map_or_else(srgb_curve, gamma_curve);
@@ -180,6 +180,54 @@ fn profile(space: &ColourSpace) -> Option<ColorProfile> {
             (!curves.is_empty()).then(|| with(*primaries, [0, 1, 2].map(curve)))
         }
     }
+}
+
+/// The profile in `bytes`, such that `moxcms` converts it as LittleCMS does.
+fn icc(bytes: &[u8]) -> Option<ColorProfile> {
+    let mut profile = ColorProfile::new_from_slice(bytes).ok()?;
+    if let Some(version) = version_of_table(&profile).filter(|&version| version != bytes[VERSION]) {
+        let mut bytes = bytes.to_vec();
+        bytes[VERSION] = version;
+        profile = ColorProfile::new_from_slice(&bytes).ok()?;
+    }
+    // The table of the perceptual intent is for every intent that has none, and the matrix is used if it is missing
+    // (ICC.1:2022, 8.10.2).
+    if profile.lut_a_to_b_colorimetric.is_none() {
+        profile.lut_a_to_b_colorimetric = profile.lut_a_to_b_perceptual.clone();
+        profile.lut_a_to_b_saturation = None;
+    }
+    if profile.color_space == DataColorSpace::Gray && profile.pcs == DataColorSpace::Lab {
+        lightness_to_light(&mut profile)?;
+    }
+    Some(profile)
+}
+
+/// The byte of a profile's header that is its major version.
+const VERSION: usize = 8;
+
+/// The version whose encoding of CIELAB the profile's table has: tables of 16 bits have that of version 2, even in
+/// profiles of version 4, and those of 8 bits the other one (ICC.1, lut16Type and lut8Type). `moxcms` goes by the
+/// profile's version. `None` if there is no such table.
+fn version_of_table(profile: &ColorProfile) -> Option<u8> {
+    let table = profile.lut_a_to_b_colorimetric.as_ref().or(profile.lut_a_to_b_perceptual.as_ref());
+    match table {
+        Some(LutWarehouse::Lut(table)) if profile.pcs == DataColorSpace::Lab => {
+            Some(if table.lut_type == LutType::Lut16 { 2 } else { 4 })
+        }
+        _ => None,
+    }
+}
+
+/// Changes the curve of a gray profile that gives L* of CIELAB, for which `moxcms` has no conversion, to one that
+/// gives Y. `None` if it has no sound curve.
+fn lightness_to_light(profile: &mut ColorProfile) -> Option<()> {
+    let lightness = profile.gray_trc.as_ref()?.make_linear_evaluator().ok()?;
+    profile.gray_trc = Some(curve(|value| {
+        let f = (f64::from(lightness.evaluate_value(value as f32)) * 100.0 + 16.0) / 116.0;
+        if f > 6.0 / 29.0 { f.powi(3) } else { 3.0 * (6.0f64 / 29.0).powi(2) * (f - 4.0 / 29.0) }
+    }));
+    profile.pcs = DataColorSpace::Xyz;
+    Some(())
 }
 
 /// A profile of `primaries` (by default those of sRGB) and curves.

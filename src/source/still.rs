@@ -275,8 +275,12 @@ impl Opened<'_> {
                 decode_png(*decoder, facts.size, to_srgb)
             }
             Pixels::Image(decoder) => {
-                let to_srgb = facts.deep(is_deep(decoder.color_type()));
-                decode_image(path, decoder, format, to_srgb)?
+                let deep = is_deep(decoder.color_type());
+                let premultiplied = deep && facts.extra == Extra::Premultiplied;
+                if premultiplied {
+                    facts.extra = Extra::Alpha;
+                }
+                decode_image(path, decoder, format, (premultiplied, facts.deep(deep)))?
             }
             Pixels::Jpeg(bytes) => decoded(jpeg_fallback::decode(&bytes)),
             Pixels::Samples(samples) => decoded(samples.decode()),
@@ -303,8 +307,7 @@ impl Opened<'_> {
 impl Facts {
     /// The conversion to sRGB of samples of 16 bits, if these are `deep`. [`Self::finished`] then does none.
     fn deep(&mut self, deep: bool) -> Option<DeepToSrgb> {
-        // What is premultiplied has to be divided first.
-        if !deep || self.extra == Extra::Premultiplied {
+        if !deep {
             return None;
         }
         DeepToSrgb::new(&self.space.take()?, self.gray)

@@ -147,8 +147,8 @@ impl<R: BufRead + Seek> File<R> {
     fn extra(&mut self) -> Extra {
         match self.numbers(Tag::ExtraSamples).as_slice() {
             [1, ..] => Extra::Premultiplied,
-            // Unspecified extra samples are taken as alpha, as most files mean it.
             [0, ..] => Extra::Other,
+            // A sample more without the tag is taken as alpha, as most files mean it.
             _ => Extra::Alpha,
         }
     }
@@ -268,9 +268,31 @@ pub(super) fn unpremultiply(pixels: &mut [[u8; 4]]) {
     }
 }
 
+/// As [`unpremultiply`], for pixels of `channels` samples of 16 bits, of which the last is alpha.
+pub(super) fn unpremultiply_deep(samples: &mut [u16], channels: usize) {
+    for pixel in samples.chunks_exact_mut(channels) {
+        let Some((&mut alpha, colours)) = pixel.split_last_mut() else { continue };
+        let alpha = u64::from(alpha);
+        for v in colours {
+            let undone = (u64::from(*v) * 65535 + alpha / 2).checked_div(alpha);
+            *v = undone.unwrap_or(0).min(65535) as u16;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn premultiplied_colours_of_16_bits_come_back() {
+        let mut samples = [26985, 6425, 5140, 32896, 7, 8, 9, 65535, 3, 2, 1, 0];
+        unpremultiply_deep(&mut samples, 4);
+        assert_eq!(samples, [53759, 12800, 10240, 32896, 7, 8, 9, 65535, 0, 0, 0, 0]);
+        let mut gray = [2, 3, 9, 3];
+        unpremultiply_deep(&mut gray, 2);
+        assert_eq!(gray, [43690, 3, 65535, 3]);
+    }
 
     #[test]
     fn premultiplied_colours_come_back() {

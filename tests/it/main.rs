@@ -4,6 +4,7 @@
 //! `cargo test --test it golden` runs one module.
 
 mod cli;
+mod colours;
 mod dependencies;
 #[cfg(feature = "faces")]
 mod faces;

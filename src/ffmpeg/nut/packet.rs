@@ -68,8 +68,10 @@ pub(super) trait Numbers {
 
     /// A signed number (`s`).
     fn signed(&mut self) -> io::Result<i64> {
-        let value = (self.number()? + 1) as i64;
-        Ok(if value & 1 == 1 { -(value >> 1) } else { value >> 1 })
+        let value = self.number()?;
+        // Odd numbers stand for positive ones.
+        let half = (value / 2 + value % 2) as i64;
+        Ok(if value & 1 == 0 { -half } else { half })
     }
 }
 
@@ -220,7 +222,7 @@ pub(super) fn read_codes(input: &mut &[u8]) -> io::Result<Vec<Code>> {
             if codes.len() == usize::from(b'N') {
                 codes.push(Code { flags: flag::INVALID, ..Code::default() });
             }
-            codes.push(Code { size: run.size + step, ..run });
+            codes.push(Code { size: run.size.saturating_add(step), ..run });
         }
         if codes.len() == usize::from(b'N') {
             codes.push(Code { flags: flag::INVALID, ..Code::default() });
@@ -241,7 +243,7 @@ pub(super) fn read_stream(packet: &[u8], main: &Main) -> io::Result<Stream> {
     }
     input.read_exact(&mut fourcc)?;
     let time_base = input.number()? as usize;
-    let shift = input.number()? as u32;
+    let shift = input.number()?.min(64) as u32;
     if time_base >= main.time_bases.len() || shift > 15 {
         return Err(broken("a stream header makes no sense"));
     }
@@ -275,5 +277,13 @@ mod tests {
         assert!(read(&[0x80]).is_err(), "cut short");
         let signed = [0, 1, 2, 3].map(|byte| (&mut &[byte][..]).signed().expect("one byte"));
         assert_eq!(signed, [0, 1, -1, 2]);
+    }
+
+    /// Found by the fuzz target `nut`: it overflowed.
+    #[test]
+    fn the_largest_number_can_be_signed() {
+        let largest = [0x81, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x7F];
+        assert_eq!((&largest[..]).number().expect("ten bytes"), u64::MAX);
+        assert!((&mut &largest[..]).signed().is_ok());
     }
 }

@@ -116,11 +116,12 @@ impl<R: Read> NutReader<R> {
         let pts = if flags & flag::CODED_PTS != 0 {
             full_pts(input.number()?, self.stream.shift, self.last_pts)
         } else {
-            self.last_pts + code.delta
+            self.last_pts.checked_add(code.delta)
         };
+        let pts = pts.ok_or_else(|| broken("a frame's time is out of range"))?;
         let mut size = code.size;
         if flags & flag::SIZE_MSB != 0 {
-            size += code.multiplier.saturating_mul(input.number()?);
+            size = size.saturating_add(code.multiplier.saturating_mul(input.number()?));
         }
         if flags & flag::MATCH_TIME != 0 {
             input.signed()?;
@@ -149,15 +150,15 @@ impl<R: Read> NutReader<R> {
     }
 }
 
-/// Decodes a time: complete, or its last `shift` bits near the last time.
-fn full_pts(coded: u64, shift: u32, last: i64) -> i64 {
+/// Decodes a time: complete, or its last `shift` bits near the last time. `None` if it is out of range.
+fn full_pts(coded: u64, shift: u32, last: i64) -> Option<i64> {
     let range = 1i64 << shift;
-    let coded = coded as i64;
+    let coded = i64::try_from(coded).ok()?;
     if coded >= range {
-        return coded - range;
+        return Some(coded - range);
     }
-    let delta = last - (range - 1) / 2;
-    (coded.wrapping_sub(delta) & (range - 1)) + delta
+    let delta = last.checked_sub((range - 1) / 2)?;
+    (coded.wrapping_sub(delta) & (range - 1)).checked_add(delta)
 }
 
 /// Reads until `buffer` is full or the input ends; returns the number of bytes.
@@ -172,13 +173,47 @@ fn read_some(input: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::packet::Code;
     use super::*;
 
     #[test]
     fn short_times_are_those_near_the_last() {
-        assert_eq!(full_pts(5, 7, 128), 133);
-        assert_eq!(full_pts(120, 7, 130), 120);
-        assert_eq!(full_pts(128 + 77, 7, 1_000_000), 77);
+        assert_eq!(full_pts(5, 7, 128), Some(133));
+        assert_eq!(full_pts(120, 7, 130), Some(120));
+        assert_eq!(full_pts(128 + 77, 7, 1_000_000), Some(77));
+    }
+
+    /// Found by the fuzz target `nut`: such times overflowed.
+    #[test]
+    fn times_out_of_range_are_none() {
+        assert_eq!(full_pts(5, 7, i64::MIN), None);
+        assert_eq!(full_pts(5, 7, i64::MAX), None);
+        assert_eq!(full_pts(u64::MAX, 7, 0), None);
+    }
+
+    /// A reader of `input` behind headers whose only frame code is `code`.
+    fn reader(code: Code, input: &[u8]) -> NutReader<&[u8]> {
+        let main = Main {
+            streams: 1,
+            time_bases: vec![(1, 25)],
+            codes: vec![code],
+            headers: vec![vec![]],
+        };
+        let size = Size::new(1, 1);
+        let stream = Stream { fourcc: *b"RGBA", time_base: 0, shift: 7, size };
+        NutReader { input, main, stream, last_pts: i64::MAX, frame_bytes: 4 }
+    }
+
+    /// Found by the fuzz target `nut`: both overflowed.
+    #[test]
+    fn sizes_and_times_of_frames_do_not_overflow() {
+        let large =
+            Code { flags: flag::SIZE_MSB, multiplier: 1, size: u64::MAX, ..Code::default() };
+        let late = Code { delta: 1, ..Code::default() };
+        for (code, word) in [(large, "bytes"), (late, "time")] {
+            let error = reader(code, &[0, 5]).next(&mut Vec::new()).expect_err("a broken frame");
+            assert!(error.to_string().contains(word), "{error}");
+        }
     }
 
     #[test]
