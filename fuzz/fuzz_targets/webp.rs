@@ -4,4 +4,10 @@
 use libfuzzer_sys::fuzz_target;
 use polyreel_fuzz::{read_as_input, with_magic};
 
-fuzz_target!(|bytes: &[u8]| read_as_input(&with_magic(b"RIFF", bytes)));
+fuzz_target!(|bytes: &[u8]| {
+    let mut file = with_magic(b"RIFF", bytes);
+    // Behind the length.
+    let Some(name) = file.get_mut(8..12) else { return };
+    name.copy_from_slice(b"WEBP");
+    read_as_input(&file);
+});

@@ -1,7 +1,8 @@
 //! Inputs that lie: every format, mutated by a seed. Whatever comes in, the program ends in time and in bounds
 //! with exit code 0, 1 or 2, without a panic, and leaves nothing behind where it fails.
 //!
-//! `POLYREEL_MUTATIONS=10000 cargo test --test it mutations` tries more than the usual number.
+//! `POLYREEL_MUTATIONS=10000 cargo test --test it mutations` tries more than the usual number, and
+//! `POLYREEL_MUTATIONS_SEED=7` others.
 
 mod corpus;
 mod mend;
@@ -27,15 +28,21 @@ const DEADLINE: Duration = Duration::from_secs(60);
 /// Frames that are read of a stream.
 const FRAMES: usize = 8;
 
+/// The number in an environment variable.
+fn setting(name: &str) -> Option<u64> {
+    std::env::var(name).ok()?.parse().ok()
+}
+
 /// Inputs in all; POLYREEL_MUTATIONS says another number.
 fn count() -> u64 {
-    std::env::var("POLYREEL_MUTATIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(1000)
+    setting("POLYREEL_MUTATIONS").unwrap_or(1000)
 }
 
 /// Mutation number `n`: its seed, and its bytes.
 fn mutation(seeds: &[Seed], n: u64) -> (&Seed, Vec<u8>) {
     let seed = &seeds[n as usize % seeds.len()];
-    let mut random = Random::new(n);
+    let first = setting("POLYREEL_MUTATIONS_SEED").unwrap_or(0) << 32;
+    let mut random = Random::new(first.wrapping_add(n));
     let other = &seeds[random.below(seeds.len())];
     (seed, mutate::mutated(&seed.bytes, &other.bytes, seed.mend, &mut random))
 }
