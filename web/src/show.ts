@@ -12,11 +12,15 @@ const REST = window.innerWidth < 700 ? 1000 : 1600;
 const MOVING = 1280;
 /** Milliseconds without a change after which a picture is drawn in full. */
 const CALM = 160;
+/** Milliseconds of rendering up to which a second frame is sent before the first is back: the worker need not wait then. */
+const QUICK = 60;
 
 export class Show {
   private source: Source | null = null;
   private state: State = { settings: {}, mask: null };
-  private busy = false;
+  /** Pictures that the worker has not sent yet. */
+  private underWay = 0;
+  private milliseconds = 0;
   private wanted: 'nothing' | 'draft' | 'full' = 'nothing';
   private next: VideoFrame | ImageBitmap | number | null = null;
   private isMoving = false;
@@ -34,7 +38,11 @@ export class Show {
   ) {}
 
   get isFree(): boolean {
-    return !this.busy && this.next === null;
+    return !this.isBusy && this.next === null;
+  }
+
+  private get isBusy(): boolean {
+    return this.underWay >= (this.isMoving && this.milliseconds < QUICK ? 2 : 1);
   }
 
   /** Frames a second over the last second. */
@@ -85,7 +93,7 @@ export class Show {
   private later(): void {
     clearTimeout(this.calm);
     this.calm = window.setTimeout(() => {
-      if (this.wanted === 'draft' && this.busy) return this.later();
+      if (this.wanted === 'draft' && this.isBusy) return this.later();
       if (this.source?.kind !== 'still') return;
       this.wanted = 'full';
       void this.pump();
@@ -94,8 +102,8 @@ export class Show {
 
   private async pump(): Promise<void> {
     const { source, next: frame, wanted } = this;
-    if (this.busy || !source || (frame === null && wanted === 'nothing')) return;
-    this.busy = true;
+    if (this.isBusy || !source || (frame === null && wanted === 'nothing')) return;
+    this.underWay++;
     this.next = null;
     this.wanted = 'nothing';
     const still = source.kind === 'still';
@@ -113,6 +121,7 @@ export class Show {
         if (rendered.source) show(this.before, rendered.source);
         this.stage.dataset.shown = source.name;
       }
+      this.milliseconds = rendered.milliseconds;
       this.times.push(performance.now());
       this.stage.dataset.pictures = String(++this.pictures);
       this.stage.dataset.milliseconds = rendered.milliseconds.toFixed(1);
@@ -121,7 +130,7 @@ export class Show {
     } catch (error) {
       this.failed(error);
     } finally {
-      this.busy = false;
+      this.underWay--;
     }
     void this.pump();
   }

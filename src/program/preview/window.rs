@@ -126,18 +126,19 @@ impl Window {
     }
 }
 
-/// A window of minifb.
+/// A window of minifb; a `bare` one has nothing around its picture.
 ///
 /// # Errors
 /// When there is no display.
 pub(super) fn open(
     title: &str,
     (width, height): (usize, usize),
-    borderless: bool,
+    bare: bool,
 ) -> Result<minifb::Window> {
     let options = WindowOptions {
-        borderless,
-        resize: true,
+        borderless: bare,
+        none: bare,
+        resize: !bare,
         // The canvas is always of the window's size.
         scale_mode: ScaleMode::UpperLeft,
         ..WindowOptions::default()

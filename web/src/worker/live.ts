@@ -8,9 +8,12 @@ import { bitmapOf, fitted, pixelsOf, type Pixels } from './pixels';
 
 /** Eighths of a step of refinement for frames that move, from much time to none; nothing is as the look says. */
 const LADDER = [null, 12, 8, 5, 3, 2, 1, 0];
-/** Milliseconds above which a frame comes too late, and below which there is time for more. */
-const LATE = 30;
-const EARLY = 16;
+/** Shares of the time between two frames: above the first a frame comes too late, below the second there is time for more. */
+const LATE = 0.85;
+const EARLY = 0.5;
+/** Milliseconds between frames that are counted on, where the clip has fewer or more: 30 and 24 a second. */
+const SHORTEST = 1000 / 30;
+const LONGEST = 1000 / 24;
 /** Frames in a row that have to be late, or early. */
 const LATE_FRAMES = 2;
 const EARLY_FRAMES = 24;
@@ -23,15 +26,21 @@ export class Pace {
   private rung = 0;
   private late = 0;
   private early = 0;
+  private interval = LONGEST;
+  private last = Number.NaN;
 
   get eighths(): number | null {
     return LADDER[this.rung] ?? null;
   }
 
-  /** A frame took this long. */
-  learn(milliseconds: number): void {
-    this.late = milliseconds > LATE ? this.late + 1 : 0;
-    this.early = milliseconds < EARLY ? this.early + 1 : 0;
+  /** A frame of the clip's `time` in milliseconds took so many of them. */
+  learn(milliseconds: number, time: number): void {
+    const since = time - this.last;
+    this.last = time;
+    // Frames may have been left out in between: the least counts.
+    if (since > 0) this.interval = Math.max(SHORTEST, Math.min(this.interval, since));
+    this.late = milliseconds > LATE * this.interval ? this.late + 1 : 0;
+    this.early = milliseconds < EARLY * this.interval ? this.early + 1 : 0;
     const worse = this.late >= LATE_FRAMES;
     if (!worse && this.early < EARLY_FRAMES) return;
     this.rung = Math.min(LADDER.length - 1, Math.max(0, this.rung + (worse ? 1 : -1)));
@@ -51,6 +60,7 @@ export class Live {
 
   /** Renders a frame, which is closed when another one comes. */
   async render(job: RenderJob, animation: Frames | null): Promise<Rendered> {
+    const asked = performance.now();
     const given = typeof job.frame === 'number' ? await animation?.frame(job.frame) : job.frame;
     if (given) {
       this.whole?.close();
@@ -67,11 +77,11 @@ export class Live {
     const out =
       eighths === null ? engine.render(rgba, width, height) : engine.renderBriefly(rgba, width, height, eighths);
     const milliseconds = performance.now() - began;
-    // A mesh that begins afresh counts, too: where frames are late, those left out between them make it do so.
-    if (job.goesOn) this.pace.learn(milliseconds);
     const source = typeof job.frame === 'number' ? await bitmapOf(pixels) : undefined;
     const picture = await bitmapOf({ width, height, rgba: out });
     const { points, triangles } = engine;
+    // A mesh that begins afresh counts, too: where frames are late, those left out between them make it do so.
+    if (job.goesOn) this.pace.learn(performance.now() - asked, timeOf(this.whole));
     return { width, height, points, triangles, milliseconds, picture, source };
   }
 
@@ -95,6 +105,11 @@ export class Live {
     this.tuned = tuned;
     return this.engine;
   }
+}
+
+/** The time of a clip's frame in milliseconds. */
+function timeOf(frame: VideoFrame | ImageBitmap): number {
+  return frame instanceof VideoFrame ? frame.timestamp / 1000 : Number.NaN;
 }
 
 /** Something that is another number when the mask is another one. */
