@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-import shutil
 import time
 import uuid
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from io import BytesIO
 from typing import Any
 
@@ -19,6 +19,7 @@ from comfy.utils import ProgressBar
 from comfy_api.latest import InputImpl, io
 from PIL import Image
 
+from .sources import file_of
 from .streams import Streams, batch
 
 CATEGORY = "image/low-poly"
@@ -101,6 +102,15 @@ def pictures(images: torch.Tensor) -> np.ndarray[Any, Any]:
     return images.detach().to("cpu", torch.float32).numpy()
 
 
+@contextmanager
+def numbered(number: int, count: int) -> Iterator[None]:
+    """Says which picture of a batch an error is about."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"picture {number} of {count}: {error}") from error
+
+
 class LowPoly(io.ComfyNode):
     """IMAGE -> IMAGE, MASK: a picture, or a whole clip as one stream."""
 
@@ -156,10 +166,11 @@ class LowPoly(io.ComfyNode):
         progress = Progress(node)
         try:
             for i, frame in enumerate(frames):
-                picture = renderers[0].render(frame)
-                if weights is not None:
-                    weight = weights[min(i, len(weights) - 1)][..., None]
-                    picture += (renderers[1].render(frame) - picture) * weight
+                with numbered(i + 1, len(frames)):
+                    picture = renderers[0].render(frame)
+                    if weights is not None:
+                        weight = weights[min(i, len(weights) - 1)][..., None]
+                        picture += (renderers[1].render(frame) - picture) * weight
                 out[i] = picture
                 progress.show(lambda: (out[i, ..., :3] * 255).astype(np.uint8))
                 progress.frame(i + 1, len(frames))
@@ -182,6 +193,10 @@ def finer(options: dict[str, Any], focus: float, images: torch.Tensor) -> int:
 def weights_of(mask: torch.Tensor, shape: tuple[int, ...]) -> np.ndarray[Any, Any]:
     """The mask, or masks, at the size of the frames: (n, height, width), 0 to 1."""
     values = mask.detach().to("cpu", torch.float32).numpy()
+    if values.size == 0:
+        raise ValueError("the mask is empty: give one mask for all pictures, or one for each")
+    if np.isnan(values).any():
+        raise ValueError("the mask holds NaN: its values are 0 to 1")
     height, width = shape[1:3]
     weights = [
         np.asarray(Image.fromarray(value).resize((width, height), Image.Resampling.BILINEAR))
@@ -235,20 +250,9 @@ class LowPolyVideo(io.ComfyNode):
         os.makedirs(folder, exist_ok=True)
         name = os.path.join(folder, f"low-poly-{uuid.uuid4().hex}")
         progress = Progress(cls.hidden.unique_id)
-        source = video.get_stream_source()
-        copied = None
-        try:
-            if not isinstance(source, str):
-                copied = f"{name}-source"
-                with open(copied, "wb") as file:
-                    source.seek(0)
-                    shutil.copyfileobj(source, file)
-            polyreel.render_file(
-                copied or source, f"{name}.mp4", progress=progress.frame, preview=progress.show, crf=crf, **options
-            )
-        finally:
-            if copied is not None:
-                os.remove(copied)
+        with file_of(video, name) as (source, part):
+            options = {**options, "crf": crf, **part}
+            polyreel.render_file(source, f"{name}.mp4", progress=progress.frame, preview=progress.show, **options)
         return io.NodeOutput(InputImpl.VideoFromFile(f"{name}.mp4"))
 
 
@@ -290,7 +294,8 @@ class LowPolySVG(io.ComfyNode):
         documents = []
         frames = pictures(images)
         for i, frame in enumerate(frames):
-            text = polyreel.triangulate(frame, **options).svg(seams=seams)
+            with numbered(i + 1, len(frames)):
+                text = polyreel.triangulate(frame, **options).svg(seams=seams)
             documents.append(BytesIO(text.encode()))
             progress.frame(i + 1, len(frames))
         return io.NodeOutput(svg_type()(documents))
@@ -330,7 +335,10 @@ class LowPolyPreset(io.ComfyNode):
         )
 
     @classmethod
-    def validate_inputs(cls, options: str) -> bool | str:
+    def validate_inputs(cls, options: str | None) -> bool | str:
+        if options is None:
+            # Another node gives the text: what it says is known when that node has run.
+            return True
         try:
             polyreel.Renderer(**parsed(options))
         except (TypeError, polyreel.Error) as error:
@@ -342,6 +350,7 @@ class LowPolyPreset(io.ComfyNode):
         look = parsed(options)
         if preset != "default":
             look["preset"] = preset
+        polyreel.Renderer(**look)
         return io.NodeOutput(look)
 
 

@@ -19,7 +19,9 @@ WANTED = {
         "NodeOutput", "Custom",
     ],
     "comfy_api/latest/__init__.py": ["ComfyExtension.get_node_list"],
-    "comfy_api/latest/_input_impl/video_types.py": ["VideoFromFile", "VideoFromFile.get_stream_source"],
+    "comfy_api/latest/_input_impl/video_types.py": [
+        "VideoFromFile", "VideoFromFile.get_stream_source", "VideoFromComponents", "VideoFromComponents.save_to",
+    ],
     "comfy_extras/nodes_images.py": ["SVG"],
     "comfy/model_management.py": ["throw_exception_if_processing_interrupted"],
     "comfy/utils.py": ["ProgressBar", "ProgressBar.update_absolute"],

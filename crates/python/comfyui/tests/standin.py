@@ -15,7 +15,7 @@ SIGNATURES: dict[str, dict[str, list[str]]] = json.loads(Path(__file__).with_nam
 IO = SIGNATURES["comfy_api/latest/_io.py"]
 
 
-class Interrupted(BaseException):
+class Interrupted(Exception):
     """What ComfyUI raises where the user wants to stop."""
 
 
@@ -79,6 +79,19 @@ class VideoFromFile:
         return self.file
 
 
+class VideoFromComponents:
+    """Frames; the stand-in has the bytes that they are saved as."""
+
+    def __init__(self, components: bytes) -> None:
+        self.components = components
+
+    def get_stream_source(self) -> Any:
+        raise ValueError("Could not determine output format")
+
+    def save_to(self, path: str) -> None:
+        Path(path).write_bytes(self.components)
+
+
 class SVG:
     def __init__(self, data: list[Any]) -> None:
         self.data = data
@@ -128,7 +141,7 @@ def install() -> None:
     )
     latest = module(
         "comfy_api.latest", io=io, ComfyExtension=ComfyExtension, Types=types.SimpleNamespace(),
-        InputImpl=types.SimpleNamespace(VideoFromFile=VideoFromFile),
+        InputImpl=types.SimpleNamespace(VideoFromFile=VideoFromFile, VideoFromComponents=VideoFromComponents),
     )
     module("comfy_api", latest=latest)
     management = module(

@@ -171,6 +171,29 @@ def test_a_preset_is_handed_on():
     assert "did you mean 'points'" in nodes.LowPolyPreset.validate_inputs("pionts=4")
 
 
+def test_options_that_another_node_gives_are_checked_when_it_has_run():
+    """ComfyUI validates a linked input as None."""
+    assert nodes.LowPolyPreset.validate_inputs(None) is True
+    with pytest.raises(TypeError, match="did you mean 'points'"):
+        nodes.LowPolyPreset.execute("default", "pionts=4")
+
+
+def test_an_error_names_the_picture_of_the_batch():
+    frames = clip(3)
+    frames[1, 5, 5, 0] = np.nan
+    with pytest.raises(ValueError, match="picture 2 of 3: .*NaN"):
+        run(frames)
+    with pytest.raises(ValueError, match="picture 2 of 3: .*NaN"):
+        nodes.LowPolySVG.execute(standin.Tensor(frames), **FIELDS, seams="none")
+
+
+def test_a_mask_without_values_is_refused():
+    with pytest.raises(ValueError, match="mask is empty"):
+        run(clip(1), mask=standin.Tensor(np.zeros((0, 48, 64), np.float32)))
+    with pytest.raises(ValueError, match="mask holds NaN"):
+        run(clip(1), mask=standin.Tensor(np.full((1, 48, 64), np.nan, np.float32)))
+
+
 @pytest.fixture
 def video(tmp_path):
     for i, frame in enumerate(clip(12)):
@@ -190,6 +213,34 @@ def test_a_video_goes_from_file_to_file(video, in_memory):
     assert info["frames"] == 12 and "aac" in info["audio"]
     assert [file.name for file in Path(standin.state.temp).iterdir()] == [Path(out).name]
     assert standin.state.reports[-1]["value"] == 12
+
+
+def test_a_video_of_frames_is_saved_by_comfyui_first(video):
+    """Create Video hands over frames, whose stream ComfyUI 0.3.64 cannot make: "Could not determine output format"."""
+    made = standin.VideoFromComponents(video.read_bytes())
+    out = nodes.LowPolyVideo.execute(made, **FIELDS, crf=20).args[0].file
+    info = polyreel.probe(out)
+    assert info["frames"] == 12 and "aac" in info["audio"]
+    assert [file.name for file in Path(standin.state.temp).iterdir()] == [Path(out).name]
+
+
+@pytest.mark.parametrize("window, frames", [((0.12, 0.2), 5), ((0.2, 0.0), 7), ((0.0, 0.24), 6)])
+def test_of_a_trimmed_video_only_the_part_is_rendered(video, window, frames):
+    """Newer ComfyUI trims a video by a window, and its stream source is the whole file."""
+    trimmed = standin.VideoFromFile(str(video))
+    trimmed.get_active_trim_window = lambda: window
+    out = nodes.LowPolyVideo.execute(trimmed, **FIELDS, crf=20).args[0].file
+    assert polyreel.probe(out)["frames"] == frames
+
+
+def test_a_video_with_edits_of_its_frames_is_saved_by_comfyui_first(video):
+    """Newer ComfyUI crops and resizes a video where it is saved, and its stream source is the file before that."""
+    edited = standin.VideoFromFile("before-the-edits.mp4")
+    edited.has_pending_frame_edits = lambda: True
+    edited.save_to = lambda path: Path(path).write_bytes(video.read_bytes())
+    out = nodes.LowPolyVideo.execute(edited, **FIELDS, crf=20).args[0].file
+    assert polyreel.probe(out)["frames"] == 12
+    assert [file.name for file in Path(standin.state.temp).iterdir()] == [Path(out).name]
 
 
 def test_an_interrupted_video_leaves_nothing(video):
