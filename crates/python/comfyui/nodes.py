@@ -302,15 +302,12 @@ class LowPolySVG(io.ComfyNode):
 
 
 def svg_type() -> Any:
-    """ComfyUI's class of SVGs, which has moved between versions."""
-    try:
-        from comfy_api.latest import Types
+    """ComfyUI's class of SVGs: first it was only with the nodes that make them, later with the types."""
+    if io.SVG.Type is not Any:
+        return io.SVG.Type
+    from comfy_extras.nodes_images import SVG
 
-        return Types.SVG
-    except AttributeError:
-        from comfy_extras.nodes_images import SVG
-
-        return SVG
+    return SVG
 
 
 class LowPolyPreset(io.ComfyNode):

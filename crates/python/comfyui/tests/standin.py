@@ -42,7 +42,7 @@ def kind(io_type: str) -> Any:
     shown = recorded("Output", IO["Output"])
     for part in (given, shown):
         part.io_type = io_type
-    return types.SimpleNamespace(Input=given, Output=shown)
+    return types.SimpleNamespace(Input=given, Output=shown, Type=Any)
 
 
 class Tensor:
@@ -140,7 +140,7 @@ def install() -> None:
         NodeOutput=NodeOutput,
     )
     latest = module(
-        "comfy_api.latest", io=io, ComfyExtension=ComfyExtension, Types=types.SimpleNamespace(),
+        "comfy_api.latest", io=io, ComfyExtension=ComfyExtension,
         InputImpl=types.SimpleNamespace(VideoFromFile=VideoFromFile, VideoFromComponents=VideoFromComponents),
     )
     module("comfy_api", latest=latest)

@@ -160,6 +160,13 @@ def test_svg():
     assert [document.read(4) for document in out.data] == [b"<svg", b"<svg"]
 
 
+def test_svg_has_the_class_of_newer_comfyui(monkeypatch):
+    newer = type("SVG", (standin.SVG,), {})
+    monkeypatch.setattr(nodes.io.SVG, "Type", newer)
+    out = nodes.LowPolySVG.execute(standin.Tensor(clip(1)), **FIELDS, seams="none").args[0]
+    assert type(out) is newer and len(out.data) == 1
+
+
 def test_a_preset_is_handed_on():
     text = "outline=white\n--outline-width = 2\n\n"
     look = nodes.LowPolyPreset.execute("bold", text).args[0]
