@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::colour::{Coding, Layout, Siting};
+use crate::colour::{Coding, Layout, Sampling, Siting};
 use crate::error::{Error, Result};
 use crate::ffmpeg::Ffmpeg;
 use crate::ffmpeg::child::Child;
@@ -249,7 +249,11 @@ pub(crate) fn probe(path: &Path, feed: Option<&PipedInput>, ffmpeg: &Ffmpeg) -> 
     let alpha_stream = alpha_stream.transpose()?;
     let (format, sampling, alpha) =
         pipe_format(pix_fmt, decoder.is_some() || alpha_stream.is_some());
-    let tags = colorimetry(stream);
+    let mut tags = colorimetry(stream);
+    if sampling == Some(Sampling::Yuv444) && tags.matrix.as_deref() == Some("ycgco") {
+        filters += FROM_YCGCO;
+        tags.matrix = Some("bt709".into());
+    }
     let pixels = match sampling {
         Some(sampling) => {
             let siting = match text(stream, "chroma_location") {
@@ -313,6 +317,9 @@ pub(crate) fn probe(path: &Path, feed: Option<&PipedInput>, ffmpeg: &Ffmpeg) -> 
     }
     Ok(Probed { info, track, sound, notes })
 }
+
+/// Filter from Y'CgCo, which lossless screen recordings have, to the matrix of BT.709.
+const FROM_YCGCO: &str = "zscale=matrixin=ycgco:matrix=709,";
 
 /// The sound of `path`, which need not have a picture.
 ///

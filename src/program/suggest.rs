@@ -27,10 +27,8 @@ pub(crate) fn meant(unknown: impl Into<Error>, given: &str, names: &[&str]) -> E
 }
 
 fn likeness(given: &str, name: &str) -> f64 {
-    if given.len() >= PART && name.contains(given) {
-        return LIKENESS;
-    }
-    normalized_damerau_levenshtein(given, name)
+    let whole = normalized_damerau_levenshtein(given, name);
+    if given.len() >= PART && name.contains(given) { whole.max(LIKENESS) } else { whole }
 }
 
 fn plain(name: &str) -> String {
@@ -54,6 +52,14 @@ mod tests {
             ("", None),
         ] {
             assert_eq!(nearest(given, &names), meant, "{given}");
+        }
+    }
+
+    #[test]
+    fn of_names_that_hold_it_the_nearest_is_meant() {
+        for (given, meant) in [("point", "points"), ("outlin", "outline")] {
+            let names = ["points", "min-points", "outline", "outline-tint"];
+            assert_eq!(nearest(given, &names), Some(meant));
         }
     }
 }

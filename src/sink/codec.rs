@@ -76,6 +76,22 @@ impl Encoder {
         if self.name.is_empty() { "the encoder" } else { &self.name }
     }
 
+    /// Whether one of the common names of codecs means it.
+    pub(crate) fn is_common(&self) -> bool {
+        CODECS.iter().any(|(_, encoder, _)| *encoder == self.name)
+    }
+
+    /// What to do where ffmpeg, which says `words`, does not have it.
+    pub(crate) fn advice(&self, words: &str) -> Option<String> {
+        words.contains("Unknown encoder").then(|| {
+            format!(
+                "this ffmpeg has no encoder '{}': --codec takes h264, h265, vp8, vp9, av1, prores, or a name that \
+                 'ffmpeg -encoders' lists",
+                self.name
+            )
+        })
+    }
+
     /// Whether it takes pictures of odd width or height in 4:2:0.
     pub(crate) fn takes_odd(&self) -> bool {
         ["libvpx", "libvpx-vp9", "libaom-av1", "ffv1"].contains(&self.name.as_str())

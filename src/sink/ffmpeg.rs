@@ -144,7 +144,15 @@ impl VideoSink {
             Ok(_) => self.child.failure(false),
             Err(error) => FfmpegError::new(error.to_string()).caused_by(error),
         };
-        Error::output(self.place.named(), format!("the encoder failed: {error}")).caused_by(error)
+        let advice = self.encoding.encoder.advice(error.words());
+        match advice {
+            Some(advice) if !self.encoding.encoder.is_common() => {
+                Error::usage(format!("{}: {advice}", self.place.named().display()))
+            }
+            Some(advice) => Error::output(self.place.named(), advice).caused_by(error),
+            None => Error::output(self.place.named(), format!("the encoder failed: {error}"))
+                .caused_by(error),
+        }
     }
 
     /// The end of the sound, if before its own end: that of the picture, if it was asked to end early or was stopped.

@@ -110,6 +110,9 @@ fn input(path: &Path, track: &Track, seconds: i64) -> Vec<OsString> {
     args
 }
 
+/// Matrices that ffmpeg's scaler knows. Since 7.1 it refuses frames with other ones, though it would not convert them.
+const SCALED: [&str; 7] = ["gbr", "bt709", "fcc", "bt470bg", "smpte170m", "smpte240m", "bt2020nc"];
+
 /// Options that select, filter and convert the frames.
 fn picture(info: &StreamInfo, track: &Track) -> Vec<OsString> {
     let size = info.size;
@@ -119,9 +122,12 @@ fn picture(info: &StreamInfo, track: &Track) -> Vec<OsString> {
         _ => "",
     };
     let filters = &track.filters;
+    let matrix = info.colour.as_ref().and_then(|tags| tags.matrix.as_deref());
+    let is_strange = matrix.is_some_and(|matrix| !SCALED.contains(&matrix));
+    let untagged = if is_strange { "setparams=colorspace=unknown," } else { "" };
     // Frames of this size and format are not changed.
     let filter = format!(
-        "{filters}scale={}:{}:flags={SCALING}:sws_dither=none{range},setsar=1,format={}",
+        "{filters}{untagged}scale={}:{}:flags={SCALING}:sws_dither=none{range},setsar=1,format={}",
         size.width, size.height, track.format
     );
     let index = track.index;

@@ -46,6 +46,41 @@ fn colour_tags_that_options_call_otherwise_come_through() {
 }
 
 #[test]
+fn matrices_that_the_scaler_of_ffmpeg_refuses_are_read() {
+    if !require() {
+        return;
+    }
+    let dir = folder();
+    let scene = "-f lavfi -i testsrc2=s=64x48:r=10:d=0.3";
+    // Y'CgCo, BT.2020 of constant luminance, SMPTE 2085, derived from primaries, ICtCp.
+    for matrix in [8, 10, 11, 12, 13, 14] {
+        let tagged = format!("{scene} {X264} -bsf:v h264_metadata=matrix_coefficients={matrix}");
+        make(&dir, "in.mp4", &tagged);
+        render(&dir, "in.mp4", "out.mp4 -y");
+        assert_eq!(ask(&dir.path().join("out.mp4"), "v:0", "stream=nb_frames"), ["3"], "{matrix}");
+        render(&dir, "in.mp4", "out.gif -y");
+    }
+}
+
+#[test]
+fn y_cg_co_has_its_colours() {
+    if !require() {
+        return;
+    }
+    let dir = folder();
+    make(
+        &dir,
+        "in.mp4",
+        "-f lavfi -i color=0xc83c1e:s=64x48:r=10:d=0.2,format=gbrp -vf zscale=matrix=ycgco:range=limited,format=yuv444p \
+         -c:v libx264 -crf 5",
+    );
+    render(&dir, "in.mp4", "out_%d.png");
+    let picture = image::open(dir.path().join("out_1.png")).expect("a picture").into_rgb8();
+    let [r, g, b] = picture.get_pixel(30, 20).0;
+    assert!(r.abs_diff(200) < 4 && g.abs_diff(60) < 4 && b.abs_diff(30) < 4, "{r} {g} {b}");
+}
+
+#[test]
 fn transparency_is_seen_however_its_tag_is_written() {
     if !require() {
         return;

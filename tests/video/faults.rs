@@ -232,3 +232,17 @@ fn an_ffmpeg_that_is_too_old_is_told_with_the_floor() {
     assert_eq!(output.status.code(), Some(1));
     assert!(said(&output).contains("5.1 or later"), "{}", said(&output));
 }
+
+#[test]
+fn an_encoder_that_is_not_there_is_a_wrong_request_that_names_the_right_ones() {
+    if !require() {
+        return;
+    }
+    let dir = folder();
+    clip(&dir, "in.mp4", "96x64", 1);
+    let output = run(&dir, "render in.mp4 -o out.mp4 --codec h246 --points 30");
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("no encoder 'h246'"), "{}", said(&output));
+    assert!(said(&output).contains("h264, h265"), "{}", said(&output));
+    assert_eq!(listing(&dir), ["in.mp4"]);
+}

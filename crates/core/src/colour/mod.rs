@@ -74,7 +74,8 @@ impl Coding {
     /// ones (as in mpv and browsers).
     pub fn of(tags: &Colorimetry, size: Size) -> Self {
         let matrix = match tags.matrix.as_deref() {
-            Some("bt709") => Matrix::Bt709,
+            // SMPTE 240M is nearly the same: no colour differs by more than 6.
+            Some("bt709" | "smpte240m") => Matrix::Bt709,
             Some("smpte170m" | "bt470bg" | "fcc") => Matrix::Bt601,
             Some("bt2020nc" | "bt2020c") => Matrix::Bt2020,
             _ if size.width >= 1280 || size.height > 576 => Matrix::Bt709,
