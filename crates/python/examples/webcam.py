@@ -1,4 +1,4 @@
-"""The camera as low-poly art in a window, by OpenCV (``pip install opencv-python``). ``q`` ends, 1 to 6 choose a preset.
+"""The camera as low-poly art in a window, by OpenCV (``pip install opencv-python``). ``q`` ends, 1 to 9 choose a preset.
 
     python webcam.py            # the first camera
     python webcam.py clip.mp4   # a file in its place
@@ -22,7 +22,10 @@ def main() -> None:
         print("OpenCV is not installed: pip install opencv-python")
         return
     camera = cv2.VideoCapture(sys.argv[1] if len(sys.argv) > 1 else 0)
-    presets = list(polyreel.presets())
+    if not camera.isOpened():
+        print("no camera, or no such file")
+        return
+    presets = list(polyreel.presets())[:9]
     # Live frames come one at a time: `render`, not `stream`, which works some frames ahead.
     renderer = polyreel.Renderer(points=1200, quality="draft")
     while True:
@@ -36,8 +39,9 @@ def main() -> None:
         if key == ord("q"):
             break
         if ord("1") <= key < ord("1") + len(presets):
-            renderer = polyreel.Renderer(preset=presets[key - ord("1")])
+            renderer = polyreel.Renderer(preset=presets[key - ord("1")], quality="draft")
     camera.release()
+    cv2.destroyAllWindows()
 
 
 if __name__ == "__main__":

@@ -432,8 +432,18 @@ def test_the_page_draws_without_gradio():
     from polyreel import app
 
     drawn, files = app.draw(picture(), "bold", 60, 1.2, False, True)
-    assert drawn.shape == (64, 96, 3) and [os.path.splitext(file)[1] for file in files] == [".png", ".svg"]
-    assert app.draw(None, "default", 60, 1.0, False, False) == (None, [])
+    assert drawn == files[0] and [os.path.splitext(file)[1] for file in files] == [".png", ".svg"]
+    assert app.draw(None, "low-poly", 0, 1.0, False, False) == (None, [])
+
+
+def test_the_page_leaves_the_preset_what_is_left_alone():
+    from polyreel import app
+
+    Image = pytest.importorskip("PIL.Image")
+    rgba = np.dstack([picture(), np.full((64, 96, 1), 255, np.uint8)])
+    rgba[:20, :20, 3] = 0
+    drawn, _ = app.draw(rgba, "stained-glass", 0, 1.0, False, True)
+    assert np.array_equal(np.asarray(Image.open(drawn)), polyreel.render(rgba, preset="stained-glass"))
 
 
 def test_torch_tensors_come_back_as_tensors():
