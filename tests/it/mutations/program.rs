@@ -52,7 +52,9 @@ fn tried(work: &Path, seed: &Seed) -> Result<(), String> {
     if !matches!(code, Some(0..=2)) {
         return Err(format!("{line}: exit code {code:?}: {said}"));
     }
-    if said.contains("panicked") || (code != Some(0) && !said.starts_with("polyreel: error: ")) {
+    // Warnings may come before the error.
+    let explained = said.lines().any(|line| line.starts_with("polyreel: error: "));
+    if said.contains("panicked") || (code != Some(0) && !explained) {
         return Err(format!("{line}: {said}"));
     }
     if code != Some(0) && before != after {
