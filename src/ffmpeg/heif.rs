@@ -1,4 +1,4 @@
-//! Reads the boxes of a HEIF picture (AVIF, HEIC) that older ffmpegs ignore: ISO/IEC 23008-12.
+//! Reads the boxes of a HEIF picture (AVIF, HEIC) that ffmpegs, or older ones, ignore: ISO/IEC 23008-12.
 
 use std::fs::File;
 use std::io::Read;
@@ -16,6 +16,8 @@ pub(crate) struct Heif {
     pub(crate) mirror: Option<u8>,
     /// Whether another picture in the file is its alpha.
     pub(crate) alpha: bool,
+    /// Whether its colours are multiplied by its alpha.
+    pub(crate) premultiplied: bool,
     /// Whether it is a grid of tiles.
     pub(crate) grid: bool,
 }
@@ -73,7 +75,11 @@ fn parse(head: &[u8]) -> Option<Heif> {
     let mut primary = meta.find(b"pitm")?;
     let (version, _) = primary.version()?;
     let primary = primary.number(if version == 0 { 2 } else { 4 })?;
-    let mut heif = Heif { grid: kind_of(meta, primary) == Some(*b"grid"), ..Heif::default() };
+    let mut heif = Heif {
+        grid: kind_of(meta, primary) == Some(*b"grid"),
+        premultiplied: is_premultiplied(meta),
+        ..Heif::default()
+    };
     let properties = meta.find(b"iprp")?;
     let mut list = properties.find(b"ipco")?;
     let list: Vec<_> = std::iter::from_fn(|| list.next()).collect();
@@ -90,6 +96,16 @@ fn parse(head: &[u8]) -> Option<Heif> {
         }
     }
     Some(heif)
+}
+
+/// Whether one picture refers to another by `prem`.
+fn is_premultiplied(meta: Bytes) -> bool {
+    let found = || {
+        let mut references = meta.find(b"iref")?;
+        references.version()?;
+        references.find(b"prem")
+    };
+    found().is_some()
 }
 
 /// The type of picture number `wanted`.
@@ -158,7 +174,7 @@ mod tests {
 
     #[test]
     fn rotation_alpha_and_tiles_are_found() {
-        let wanted = Heif { turns: 3, mirror: Some(1), alpha: true, grid: false };
+        let wanted = Heif { turns: 3, mirror: Some(1), alpha: true, ..Heif::default() };
         assert_eq!(parse(&picture(b"av01")), Some(wanted));
         assert_eq!(parse(&picture(b"grid")), Some(Heif { grid: true, ..wanted }));
         assert_eq!(parse(&boxed(b"ftyp", b"isom")), None);

@@ -31,7 +31,7 @@ pub(crate) fn pipe_format(
         Yuv422
     } else if has(&["yuv", "nv24", "nv42", "p410", "p416", "vuy", "xv"]) {
         Yuv444
-    } else if has(&["gray", "mono"]) {
+    } else if has(&["gray", "mono"]) && !alpha {
         Gray
     } else {
         return ("rgba", None, alpha);
@@ -48,6 +48,7 @@ pub(crate) fn pipe_format(
         (Yuv420, ..) => "yuv420p",
         (Yuv422, ..) => "yuv422p",
         (Yuv444, ..) => "yuv444p",
+        // Without alpha.
         (Gray, ..) => "gray",
     };
     (format, Some(sampling), alpha)
@@ -69,5 +70,6 @@ mod tests {
         assert_eq!(pipe_format("yuv420p", true).0, "yuva420p");
         assert_eq!(pipe_format("gray10le", false).0, "gray");
         assert_eq!(pipe_format("ya8", false), ("rgba", None, true));
+        assert_eq!(pipe_format("gray", true), ("rgba", None, true));
     }
 }

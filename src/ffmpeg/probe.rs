@@ -16,7 +16,7 @@ use crate::ffmpeg::fields::{decimal, fraction, text};
 use crate::ffmpeg::formats::{input_format, is_still, mending, restarts};
 use crate::ffmpeg::heif;
 use crate::ffmpeg::pixels::{alpha_decoder, pipe_format};
-use crate::ffmpeg::shape::{DolbyVision, colorimetry, rate, rotation, shown_size, turning};
+use crate::ffmpeg::shape::{DolbyVision, colorimetry, flat_size, rate, shown_size, turning};
 use crate::ffmpeg::times::{begin, is_live, origin, promised_end, zero};
 use crate::ffmpeg::tracks::{self, Extras, alpha_stream, codec, extras, picture, streams};
 use crate::frame::{Rational, check_size};
@@ -31,7 +31,7 @@ const ENTRIES: &str = "stream=index,codec_name,codec_type,width,height,pix_fmt,s
     sample_aspect_ratio,color_range,color_space,color_transfer,color_primaries,chroma_location,\
     field_order,r_frame_rate,avg_frame_rate,time_base,start_pts,duration_ts,nb_frames,sample_rate,channels\
     :stream_disposition:stream_tags\
-    :stream_side_data=rotation,dv_profile,dv_bl_signal_compatibility_id:format=format_name,start_time,duration,size:format_tags\
+    :stream_side_data=rotation,crop_top,crop_bottom,crop_left,crop_right,dv_profile,dv_bl_signal_compatibility_id:format=format_name,start_time,duration,size:format_tags\
     :chapter=start_time,end_time:chapter_tags=title";
 
 /// The orders of fields, of interlaced frames.
@@ -73,6 +73,8 @@ pub(crate) struct Track {
     pub(crate) still: bool,
     /// ffmpeg filters in front of all others, each followed by a comma.
     pub(crate) filters: String,
+    /// Whether ffmpeg applies its rotation. That of HEIF only newer ones know, and not that of the alpha beside it.
+    pub(crate) is_turned_by_ffmpeg: bool,
     /// Index of the stream that holds its alpha.
     pub(crate) alpha: Option<u64>,
 }
@@ -223,8 +225,9 @@ pub(crate) fn probe(path: &Path, feed: Option<&PipedInput>, ffmpeg: &Ffmpeg) -> 
     let frames = text(stream, "nb_frames").and_then(|n| n.parse().ok());
     let still = is_still(container) || heif.is_some() && frames == Some(1);
     let mut filters = String::new();
-    // Newer ffmpegs report the rotation of HEIF, and apply it.
-    if let Some(heif) = heif.filter(|_| still && rotation(stream) == 0.0) {
+    let turned_here = heif.filter(|_| still);
+    if let Some(heif) = turned_here {
+        size = flat_size(stream).unwrap_or(size);
         filters = turning(heif);
         if heif.turns % 2 == 1 {
             size = Size::new(size.height, size.width);
@@ -247,6 +250,9 @@ pub(crate) fn probe(path: &Path, feed: Option<&PipedInput>, ffmpeg: &Ffmpeg) -> 
         })
     });
     let alpha_stream = alpha_stream.transpose()?;
+    if alpha_stream.is_some() && heif.is_some_and(|heif| heif.premultiplied) {
+        filters.insert_str(0, UNPREMULTIPLY);
+    }
     let (format, sampling, alpha) =
         pipe_format(pix_fmt, decoder.is_some() || alpha_stream.is_some());
     let mut tags = colorimetry(stream);
@@ -306,6 +312,7 @@ pub(crate) fn probe(path: &Path, feed: Option<&PipedInput>, ffmpeg: &Ffmpeg) -> 
         repair: sound.repair.clone(),
         still,
         filters,
+        is_turned_by_ffmpeg: turned_here.is_none(),
         alpha: alpha_stream,
     };
     let mut notes = tracks::in_words(&answer, index, &sound.extras);
@@ -317,6 +324,11 @@ pub(crate) fn probe(path: &Path, feed: Option<&PipedInput>, ffmpeg: &Ffmpeg) -> 
     }
     Ok(Probed { info, track, sound, notes })
 }
+
+/// Filters that divide colours by alpha. The filter `unpremultiply` does so only in some versions: newer ones want to be
+/// told first, by an option that older ones lack.
+const UNPREMULTIPLY: &str = "format=gbrap,geq=r='min(255,255*r(X,Y)/max(1,alpha(X,Y)))':\
+    g='min(255,255*g(X,Y)/max(1,alpha(X,Y)))':b='min(255,255*b(X,Y)/max(1,alpha(X,Y)))':a='alpha(X,Y)',";
 
 /// Filter from Y'CgCo, which lossless screen recordings have, to the matrix of BT.709.
 const FROM_YCGCO: &str = "zscale=matrixin=ycgco:matrix=709,";

@@ -27,17 +27,29 @@ pub(super) fn rate(stream: &Value) -> Option<Rational> {
     nominal.filter(|rate| mean.is_none() || *rate <= Rational::new(240, 1)).or(mean)
 }
 
-/// Width and height after the pixel aspect and the rotation are applied, as ffmpeg does it.
+/// Width and height after the crop, the pixel aspect and the rotation are applied, as ffmpeg does it.
 pub(super) fn shown_size(stream: &Value) -> Option<Size> {
-    let side = |key| stream[key].as_u64().and_then(|side| u32::try_from(side).ok());
-    let (width, height) = (side("width")?, side("height")?);
-    let aspect = text(stream, "sample_aspect_ratio").and_then(fraction);
-    let stretched = aspect.map_or(f64::from(width), |a| f64::from(width) * a.to_f64());
-    let width = stretched.round().clamp(1.0, f64::from(u32::MAX)) as u32;
+    let Size { width, height } = flat_size(stream)?;
     let turned = rotation(stream).rem_euclid(180.0);
     // ffmpeg's tolerance: one degree around a quarter turn.
     let upright = (turned - 90.0).abs() >= 1.0;
     Some(if upright { Size::new(width, height) } else { Size::new(height, width) })
+}
+
+/// As [`shown_size`], before the rotation.
+pub(super) fn flat_size(stream: &Value) -> Option<Size> {
+    // Of the container's crop only those ffmpegs tell that apply it.
+    let cropped =
+        |key: &str| side_data(stream).iter().find_map(|data| data[key].as_u64()).unwrap_or(0);
+    let side = |key, crops: [&str; 2]| {
+        let side = stream[key].as_u64()?.checked_sub(crops.map(cropped).iter().sum())?;
+        u32::try_from(side).ok()
+    };
+    let width = side("width", ["crop_left", "crop_right"])?;
+    let height = side("height", ["crop_top", "crop_bottom"])?;
+    let aspect = text(stream, "sample_aspect_ratio").and_then(fraction);
+    let stretched = aspect.map_or(f64::from(width), |a| f64::from(width) * a.to_f64());
+    Some(Size::new(stretched.round().clamp(1.0, f64::from(u32::MAX)) as u32, height))
 }
 
 fn side_data(stream: &Value) -> &[Value] {
@@ -88,6 +100,9 @@ mod tests {
         let stream = json!({"width": 720, "height": 576, "sample_aspect_ratio": "16:15",
             "side_data_list": [{"rotation": -90}]});
         assert_eq!(shown_size(&stream), Some(Size::new(576, 768)));
+        let cropped = json!({"width": 1920, "height": 1088, "side_data_list": [
+            {"crop_top": 0, "crop_bottom": 8, "crop_left": 20, "crop_right": 20}]});
+        assert_eq!(shown_size(&cropped), Some(Size::new(1880, 1080)));
         let plain = json!({"width": 3, "height": 5, "sample_aspect_ratio": "0:1"});
         assert_eq!(shown_size(&plain), Some(Size::new(3, 5)));
     }

@@ -236,12 +236,44 @@ impl Streams {
     }
 }
 
+/// Languages that QuickTime has numbers for: the names of ISO 639 that ffmpeg loses in a MOV, and those that it knows.
+const QUICKTIME_LANGUAGES: [(&str, &str); 20] = [
+    ("bod", "tib"),
+    ("cym", "wel"),
+    ("cze", "ces"),
+    ("deu", "ger"),
+    ("ell", "gre"),
+    ("eus", "baq"),
+    ("fas", "per"),
+    ("fre", "fra"),
+    ("hye", "arm"),
+    ("isl", "ice"),
+    ("kat", "geo"),
+    ("mkd", "mac"),
+    ("msa", "may"),
+    ("mya", "bur"),
+    ("nld", "dut"),
+    ("rum", "ron"),
+    ("slo", "slk"),
+    ("sqi", "alb"),
+    ("swe", "sve"),
+    ("zho", "chi"),
+];
+
 /// The tags of `track`. In QuickTime's containers ffmpeg loses titles; players show the handler's name for one.
 fn titled(track: &MediaTrack, container: &Container) -> Metadata {
     let mut tags = track.metadata.clone();
     let title = tags.iter().find(|(key, _)| key == "title").map(|(_, title)| title.clone());
     if let Some(title) = title.filter(|_| container.is_quicktime()) {
         tags.push(("handler_name".into(), title));
+    }
+    for (_, language) in tags.iter_mut().filter(|(key, _)| key == "language") {
+        let names = QUICKTIME_LANGUAGES
+            .iter()
+            .find(|(name, _)| *container == Container::Mov && name == language);
+        if let Some((_, name)) = names {
+            *language = (*name).into();
+        }
     }
     tags
 }

@@ -102,6 +102,9 @@ fn input(path: &Path, track: &Track, seconds: i64) -> Vec<OsString> {
     if let Some(decoder) = track.decoder {
         args.extend(command::arguments([&"-c:v", &decoder]));
     }
+    if !track.is_turned_by_ffmpeg {
+        args.extend(command::arguments([&"-noautorotate"]));
+    }
     if seconds > 0 {
         args.extend(command::arguments([&"-ss", &seconds.to_string()]));
     }

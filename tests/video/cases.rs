@@ -2,6 +2,9 @@
 
 use std::path::Path;
 
+use polyreel::frame::Rgba;
+use polyreel::geom::Size;
+use polyreel::source::{self, SourceOptions};
 use tempfile::TempDir;
 
 use crate::given::*;
@@ -233,6 +236,32 @@ fn the_film_is_read_and_not_its_cover() {
 }
 
 #[test]
+fn languages_that_quicktime_calls_otherwise_are_kept() {
+    if !require() {
+        return;
+    }
+    let dir = folder();
+    make(
+        &dir,
+        "in.mkv",
+        &format!(
+            "-f lavfi -i testsrc2=s=64x48:r=10:d=0.3 -f lavfi -i sine=d=0.3 -map 0 -map 1 -map 1 {X264} \
+             -metadata:s:a:0 language=deu -metadata:s:a:1 language=nld"
+        ),
+    );
+    for (output, languages) in
+        [("out.mov", ["ger", "dut"]), ("out.mp4", ["deu", "nld"]), ("out.mkv", ["deu", "nld"])]
+    {
+        render(&dir, "in.mkv", output);
+        assert_eq!(
+            ask(&dir.path().join(output), "a", "stream_tags=language"),
+            languages,
+            "{output}"
+        );
+    }
+}
+
+#[test]
 fn languages_titles_chapters_and_subtitles_are_kept() {
     if !require() {
         return;
@@ -337,4 +366,72 @@ fn options_that_leave_no_frame_are_an_error() {
         assert_eq!(ended.status.code(), Some(1), "{options}: {}", said(&ended));
         assert!(!Path::new(&dir.path().join("out.mp4")).exists(), "{options}");
     }
+}
+
+/// The corners of an AVIF of four areas, from the upper left on: red, green, blue, yellow (by libavif). `None` where ffmpeg
+/// does not read its transparency, which is said.
+fn corners(file: &[u8]) -> Option<(Size, [Rgba; 4])> {
+    let dir = folder();
+    let path = dir.path().join("in.avif");
+    std::fs::write(&path, file).expect("written");
+    let input = match source::open(&[&path], &SourceOptions::default()) {
+        Ok(input) => input,
+        Err(error) => {
+            assert!(error.to_string().contains("has transparency that this ffmpeg"), "{error}");
+            return None;
+        }
+    };
+    let frame = input.start().expect("a start").next().expect("a picture").expect("one").frame;
+    let size = frame.size();
+    let (x, y) = (size.width - 4, size.height - 4);
+    Some((size, [(3, 3), (x, 3), (3, y), (x, y)].map(|(x, y)| frame.at(x, y))))
+}
+
+const OPAQUE: [Rgba; 2] = [[220, 40, 30, 255], [40, 200, 60, 255]];
+const HALF: [Rgba; 2] = [[30, 60, 210, 128], [200, 190, 30, 128]];
+
+fn check_corners(file: &[u8], size: Size, wanted: [Rgba; 4]) {
+    let Some((own, corners)) = corners(file) else { return };
+    assert_eq!(own, size);
+    let near = |(a, b): (&Rgba, &Rgba)| a.iter().zip(b).all(|(a, b)| a.abs_diff(*b) <= 8);
+    assert!(corners.iter().zip(&wanted).all(near), "{corners:?}, not {wanted:?}");
+}
+
+#[test]
+fn avifs_are_turned_with_their_alpha() {
+    if !require() {
+        return;
+    }
+    let ([red, green], [blue, yellow]) = (OPAQUE, HALF);
+    let turned = include_bytes!("data/turned-alpha.avif");
+    check_corners(turned, Size::new(16, 32), [green, yellow, red, blue]);
+    let opaque = |[r, g, b, _]: Rgba| [r, g, b, 255];
+    let mirrored = include_bytes!("data/mirrored.avif");
+    check_corners(mirrored, Size::new(32, 16), [opaque(blue), opaque(yellow), red, green]);
+}
+
+#[test]
+fn alpha_of_gray_and_of_premultiplied_avifs_is_kept() {
+    if !require() {
+        return;
+    }
+    let ([red, green], [blue, yellow]) = (OPAQUE, HALF);
+    let premultiplied = include_bytes!("data/premultiplied.avif");
+    check_corners(premultiplied, Size::new(32, 16), [red, green, blue, yellow]);
+    let gray = |v, a| [v, v, v, a];
+    let wanted = [gray(200, 255), gray(80, 255), gray(200, 128), gray(80, 128)];
+    check_corners(include_bytes!("data/gray-alpha.avif"), Size::new(32, 16), wanted);
+}
+
+#[test]
+fn what_newer_ffmpegs_crop_is_not_stretched() {
+    if !require() {
+        return;
+    }
+    // The right half, with ffmpeg 7.1 and later.
+    let (size, corners) = corners(include_bytes!("data/cropped.avif")).expect("it is opaque");
+    let right_half = size == Size::new(16, 16);
+    assert!(right_half || size == Size::new(32, 16), "{size}");
+    let wanted = if right_half { OPAQUE[1] } else { OPAQUE[0] };
+    assert!(corners[0].iter().zip(wanted).all(|(a, b)| a.abs_diff(b) <= 8), "{corners:?}");
 }
