@@ -147,8 +147,8 @@ def png(rng, path):
     cut = rng.randrange(len(data) + 1)
     parts = chunk(b"IDAT", data[:cut]) + chunk(b"IDAT", data[cut:])
     write(path, b"\x89PNG\r\n\x1a\n" + head + rest + exif + parts + chunk(b"IEND", b""))
-    # Some readers cut 16 bits off, others round them.
-    return 1.5, 2
+    # Some readers cut 16 bits off, others round them, of colours and of alpha.
+    return 1.5, 3
 
 
 def apng(rng, path):
