@@ -7,8 +7,8 @@ use std::sync::Arc;
 use image::ImageResult;
 
 use super::apng::Apng;
+use super::broken::{broken, check_picture, cut_short, found, title};
 use super::limit::Limit;
-use super::still::{broken, check_picture, cut_short, found, title};
 use super::webp::WebP;
 use super::{Decoded, Input, Source, SourceOptions, fence};
 use crate::error::{Error, Result};

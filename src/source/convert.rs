@@ -4,10 +4,10 @@ use std::path::Path;
 
 use image::{ColorType, ImageDecoder, ImageError, ImageFormat};
 
+use super::broken::{title, word};
 use super::deep;
 use super::png::{self, Rows};
 use super::profile::DeepToSrgb;
-use super::still::{title, word};
 use super::tiff::unpremultiply_deep;
 use crate::error::{Error, Result};
 use crate::frame::Rgba;

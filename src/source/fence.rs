@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::panic::{self, AssertUnwindSafe};
 use std::sync::Once;
 
-use super::still::title;
+use super::broken::title;
 
 thread_local! {
     /// Whether panics of this thread are caught, and thus not printed.

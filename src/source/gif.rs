@@ -12,10 +12,10 @@ use std::sync::Arc;
 
 use gif::{DecodeOptions, DecodingError, DisposalMethod, MemoryLimit};
 
+use super::broken::{check_picture, cut_short};
 use super::canvas::{Area, Canvas, Disposal};
 use super::gif_blocks::{Blocks, Seen};
 use super::limit::Limit;
-use super::still::{check_picture, cut_short};
 use super::{Decoded, Input, Source, SourceOptions, detect, fence};
 use crate::error::{Error, Result, copied};
 use crate::frame::{Frame, Rational, Rgba};

@@ -2,6 +2,7 @@
 
 mod animation;
 mod apng;
+mod broken;
 mod canvas;
 mod convert;
 #[cfg(feature = "ffmpeg")]

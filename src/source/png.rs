@@ -9,11 +9,11 @@ use image::{ImageError, ImageFormat};
 use png::{BitDepth, ColorType, Decoder, Limits, Reader, Transformations};
 
 use super::apng::fill;
+use super::broken::{broken, found};
 use super::deep;
 use super::detect;
 use super::limit::METADATA;
 use super::profile::{ColourSpace, DeepToSrgb, Primaries};
-use super::still::{broken, found};
 use crate::error::{Error, Result};
 use crate::frame::Rgba;
 use crate::geom::Size;

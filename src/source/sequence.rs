@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use image::ImageFormat;
 
+use super::broken::word;
 use super::detect::{self, Kind};
 use super::still::{self, Decoding, Header};
 use super::{Decoded, Input, SEQUENCE_RATE, Source, SourceOptions};
@@ -26,7 +27,7 @@ pub(crate) fn open_still(
     let Header { size, alpha, left_out } = still::header(&path, format, Decoding::of(options))?;
     let warning = left_out.map(|what| left_out_warning(&path, what));
     let info = StreamInfo {
-        format: still::word(format).into(),
+        format: word(format).into(),
         size,
         frames: Some(1),
         rate: None,
@@ -73,7 +74,7 @@ pub(crate) fn open_sequence(paths: &[PathBuf], options: &SourceOptions) -> Resul
         return Err(Error::usage("a sequence needs a picture"));
     };
     let info = StreamInfo {
-        format: format!("{} sequence", still::word(format)),
+        format: format!("{} sequence", word(format)),
         size,
         frames: Some(paths.len() as u64),
         rate: Some(rate),
