@@ -210,6 +210,8 @@ impl Error {
     pub fn at(self, frame: u64, stage: Stage) -> Self {
         match self {
             Self::Input { .. } | Self::Frame { .. } | Self::Closed | Self::Panicked(_) => self,
+            // A wrong request is wrong for every frame.
+            wrong if wrong.is_usage() => wrong,
             other => Self::Frame { frame, stage, source: Box::new(other) },
         }
     }
@@ -244,6 +246,13 @@ mod tests {
         assert!(!gone.breaks_off());
         assert!(!Error::output("a.gif", "cannot be written").truncated().breaks_off());
         assert_eq!(Error::NoFrames.io_kind(), None);
+    }
+
+    #[test]
+    fn a_wrong_request_stays_one_at_any_frame() {
+        let error = Error::usage("there is no such encoder").at(3, Stage::Encode);
+        assert!(error.is_usage());
+        assert_eq!(error.to_string(), "there is no such encoder");
     }
 
     #[test]
