@@ -83,7 +83,9 @@ impl Encoder {
 
     /// What to do where ffmpeg, which says `words`, does not have it.
     pub(crate) fn advice(&self, words: &str) -> Option<String> {
-        words.contains("Unknown encoder").then(|| {
+        // The last lines of ffmpeg 5, and of ffmpeg 9.
+        let is_unknown = ["Unknown encoder", "Encoder not found"].iter().any(|w| words.contains(w));
+        is_unknown.then(|| {
             format!(
                 "this ffmpeg has no encoder '{}': --codec takes h264, h265, vp8, vp9, av1, prores, or a name that \
                  'ffmpeg -encoders' lists",
